@@ -16,22 +16,31 @@ std::string trimmed_lower(std::string text) {
   return text;
 }
 
-}  // namespace
-
-std::vector<std::string> fields_of(std::string_view line) {
-  std::vector<std::string> fields(1);
+/// f(field, column) of one after the other; f may move it away.
+template <class F>
+void each_field(std::string_view line, F&& f) {
+  std::string field;
+  std::size_t column = 0;
   bool quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
     const char c = line[i];
     if (quoted && c == '"' && i + 1 < line.size() && line[i + 1] == '"')
-      fields.back() += '"', ++i;
+      field += '"', ++i;
     else if (c == '"')
       quoted = !quoted;
     else if (c == ',' && !quoted)
-      fields.emplace_back();
+      f(field, column++), field.clear();
     else
-      fields.back() += c;
+      field += c;
   }
+  f(field, column);
+}
+
+}  // namespace
+
+std::vector<std::string> fields_of(std::string_view line) {
+  std::vector<std::string> fields;
+  each_field(line, [&](std::string& field, std::size_t) { fields.push_back(std::move(field)); });
   return fields;
 }
 
@@ -56,38 +65,55 @@ std::optional<double> number(std::string_view field) {
 }
 
 std::optional<PlaceColumns> PlaceColumns::in(std::string_view head, bool degrees) {
-  using Names = std::initializer_list<std::string_view>;
-  struct Pair {
-    Names x, y;
-  };
-  const Pair geographic = {{"lon", "longitude", "lng", "long"}, {"lat", "latitude"}};
-  const Pair plane[] = {{{"x"}, {"y"}}, {{"easting", "e"}, {"northing", "n"}}};
-  const std::vector<std::string> names = fields_of(head);
-  const auto find = [&](const Names& known, std::size_t& column) {
-    for (column = 0; column < names.size(); ++column)
-      if (std::ranges::find(known, trimmed_lower(names[column])) != known.end()) return true;
-    return false;
-  };
+  enum Kind { kLon, kLat, kX, kY, kEasting, kNorthing, kKinds };
+  static constexpr std::pair<std::string_view, Kind> kNames[] = {{"lon", kLon},
+                                                                 {"longitude", kLon},
+                                                                 {"lng", kLon},
+                                                                 {"long", kLon},
+                                                                 {"lat", kLat},
+                                                                 {"latitude", kLat},
+                                                                 {"x", kX},
+                                                                 {"y", kY},
+                                                                 {"easting", kEasting},
+                                                                 {"e", kEasting},
+                                                                 {"northing", kNorthing},
+                                                                 {"n", kNorthing}};
+  std::array<std::optional<std::size_t>, kKinds> first;
   PlaceColumns columns;
-  const auto are = [&](const Pair& pair) {
-    return find(pair.x, columns.x) && find(pair.y, columns.y);
+  each_field(head, [&](std::string& field, std::size_t column) {
+    columns.count = column + 1;
+    const std::string own = trimmed_lower(std::move(field));
+    for (const auto& [name, kind] : kNames)
+      if (name == own && !first[kind]) first[kind] = column;
+  });
+  const auto are = [&](Kind x, Kind y) {
+    if (!first[x] || !first[y]) return false;
+    columns.x = *first[x], columns.y = *first[y];
+    return true;
   };
-  if ((degrees && are(geographic)) || are(plane[0]) || are(plane[1]) || are(geographic))
+  if ((degrees && are(kLon, kLat)) || are(kX, kY) || are(kEasting, kNorthing) || are(kLon, kLat))
     return columns;
   return {};
 }
 
-std::optional<std::string> filled_up(std::string line, std::size_t fields, std::size_t columns) {
-  if (fields > columns) return {};
-  return std::move(line.append(columns - fields, ','));
+PlaceFields PlaceColumns::of(std::string_view line) const {
+  PlaceFields place;
+  each_field(line, [&](std::string& field, std::size_t column) {
+    if (column == x) place.x = number(field);
+    if (column == y) place.y = number(field);
+    place.count = column + 1;
+  });
+  return place;
 }
 
 std::string why_no_columns(std::string_view head, std::string_view names) {
-  const auto own = fields_of(head);
-  for (const std::string& name : fields_of(names))
-    if (std::ranges::find(own, name) != own.end())
-      return "has a column " + name + " already: rename it, or leave it out";
-  return {};
+  const auto ours = fields_of(names);
+  std::string twice;
+  each_field(head, [&](std::string& field, std::size_t) {
+    if (twice.empty() && std::ranges::find(ours, field) != ours.end()) twice = field;
+  });
+  if (twice.empty()) return {};
+  return "has a column " + twice + " already: rename it, or leave it out";
 }
 
 }  // namespace tind::csv

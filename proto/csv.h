@@ -1,6 +1,7 @@
 #pragma once
 // Lines of CSV [RFC4180] that say where something is.
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -8,7 +9,8 @@
 
 namespace tind::csv {
 
-/// The fields of a line; of quoted ones what stands between the quotes.
+/// The fields of a line; of quoted ones what stands between the quotes. 32 bytes a field and more,
+/// so that a stranger's line of commas takes as many times its own size.
 std::vector<std::string> fields_of(std::string_view line);
 
 /// Does a quote of the line not end on it? Fields with line breaks are not read.
@@ -21,20 +23,29 @@ std::string field(std::string_view text);
 /// A finite number, with blanks around it; nothing: it is none.
 std::optional<double> number(std::string_view field);
 
+/// What a line has of a place; nothing where that is no number, or not there.
+struct PlaceFields {
+  std::optional<double> x, y;
+  std::size_t count = 0;  // of all fields of the line
+};
+
 /// In which columns x and y are: lon and lat, longitude and latitude, x and y, easting and
 /// northing, in any case.
 struct PlaceColumns {
   std::size_t x = 0, y = 0;
+  std::size_t count = 0;  // of all columns
 
   /// By a head line; nothing where it names no two of them. Where it has longitudes and latitudes
   /// and others beside them, `degrees` says which.
   static std::optional<PlaceColumns> in(std::string_view head, bool degrees);
+
+  /// Keeps no fields: a line takes no more memory than it is long.
+  PlaceFields of(std::string_view line) const;
 };
 inline constexpr const char* kPlaceColumns = "lon and lat (or x and y, easting and northing)";
 
-/// A line as wide as its head line, so that what is put behind it comes into its own column: fields
-/// that it lacks are empty. Nothing where it has more.
-std::optional<std::string> filled_up(std::string line, std::size_t fields, std::size_t columns);
+/// A line is made as wide as its head line, so that what is put behind it comes into its own
+/// column: fields that it lacks are empty. Not one that has more.
 inline constexpr const char* kTooWide = "has more fields than the first line";
 
 /// Why columns of these names ("height_m,coverage") cannot be put beside those of a head line;

@@ -12,6 +12,11 @@ namespace {
 constexpr std::size_t kLongestName = 64;  // of a stranger's member, as we repeat it
 const Json kNothing = Json::object();
 
+std::string shown(const std::string& name) {
+  const std::string begin = name.substr(0, std::min(kLongestName, name.find('\0')));
+  return begin.empty() ? "\"\"" : begin;
+}
+
 }  // namespace
 
 Json parse_body(std::string_view body, std::size_t most_values, Problems& problems) {
@@ -20,7 +25,12 @@ Json parse_body(std::string_view body, std::size_t most_values, Problems& proble
     return kNothing;
   }
   Json json = json::parse<Json>(body);
-  if (json.is_object()) return json;
+  if (json.is_object()) {
+    const auto twice = json::name_said_twice(body);
+    if (!twice) return json;
+    problems.add(shown(*twice), "is there twice in one object: which of them counts?");
+    return kNothing;
+  }
   problems.add("body", json.is_discarded() ? why_no_json(body) : "must be a JSON object");
   return kNothing;
 }
@@ -54,8 +64,7 @@ void Members::number(const char* name, double low, double high, double& value, N
 void Members::nothing_else() {
   for (const auto& [name, value] : object_.items()) {
     if (std::ranges::find(known_, name) != known_.end()) continue;
-    const std::string shown = name.substr(0, std::min(kLongestName, name.find('\0')));
-    problems_.add(name_of(shown.empty() ? "\"\"" : shown.c_str()), "is not known here");
+    problems_.add(name_of(shown(name).c_str()), "is not known here");
   }
 }
 

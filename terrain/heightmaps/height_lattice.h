@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "terrain/base/progress.h"
@@ -28,6 +29,8 @@ struct LatticeOptions {
   /// near heights the nearest, sloping to 0 farther away. Else such a post is NaN.
   bool fill = false;
   int threads = 0;  // 0: one per core
+  /// Posts of all layers that a thread has in memory at a time. The heights do not depend on it.
+  std::int64_t most_held = std::int64_t(1) << 24;
 };
 
 struct LatticeHeights {
@@ -44,5 +47,10 @@ struct LatticeHeights {
 /// reading; cancelled.
 Result<LatticeHeights> lattice_heights(const Surface&, const RasterLattice&, const LatticeOptions&,
                                        const Progress& = {});
+
+/// Would that read more than about so many posts? By where the layers lie, without reading any. Of
+/// a surface that has no more posts: never.
+bool takes_more_posts(const Surface&, const RasterLattice&, double posts,
+                      const std::stop_token& = {});
 
 }  // namespace tind

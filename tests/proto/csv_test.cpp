@@ -43,6 +43,28 @@ TEST(Csv, ColumnsOfPlacesHaveManyNames) {
   EXPECT_EQ(PlaceColumns::in(both, false)->x, 1u);
 }
 
+TEST(Csv, ALineSaysItsPlaceAndHowManyFieldsItHas) {
+  const auto columns = PlaceColumns::in("name,lat,lon,,\"a,b\"", true);
+  ASSERT_TRUE(columns);
+  EXPECT_EQ(columns->count, 5u);
+  const PlaceFields whole = columns->of("\"peak, the\",46.85, -121.76,,");
+  EXPECT_EQ(whole.x, -121.76);
+  EXPECT_EQ(whole.y, 46.85);
+  EXPECT_EQ(whole.count, 5u);
+  const PlaceFields brief = columns->of("far,high");
+  EXPECT_FALSE(brief.x || brief.y);
+  EXPECT_EQ(brief.count, 2u);
+  EXPECT_EQ(columns->of("").count, 1u);
+  EXPECT_EQ(columns->of(std::string(1000, ',')).count, 1001u);
+}
+
+TEST(Csv, OfColumnsOfOneNameTheFirstCounts) {
+  const auto columns = PlaceColumns::in("lat,lon,lat,longitude", true);
+  ASSERT_TRUE(columns);
+  EXPECT_EQ(columns->x, 1u);
+  EXPECT_EQ(columns->y, 0u);
+}
+
 TEST(Csv, NoColumnIsThereTwice) {
   EXPECT_EQ(why_no_columns("id,lon,lat", "height_m,coverage"), "");
   EXPECT_EQ(why_no_columns("id,lon,lat,\"coverage\"", "height_m,coverage"),

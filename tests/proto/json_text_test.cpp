@@ -47,6 +47,41 @@ TEST(JsonText, ValuesAreCountedBeforeTheyAreBuilt) {
   for (const char* text : {"", "]", "[,", "}{", "\""}) EXPECT_LE(count_values(text), 3u) << text;
 }
 
+std::string with_members(std::size_t count) {
+  std::string text = "{";
+  for (std::size_t i = 0; i < count; ++i)
+    text += (i ? ",\"" : "\"") + std::to_string(i) + "\": [{}]";
+  return text + "}";
+}
+
+TEST(JsonText, MembersAreCountedInTheLargestObject) {
+  for (const auto& [text, most] :
+       {std::pair{"1", 0u}, std::pair{"{}", 0u}, std::pair{R"(["a:b", {"c:\":": ":"}])", 1u},
+        std::pair{R"({"a": {"b": 1, "c": [{"d": 1, "e": 2, "f": 3}]}, "g": {}})", 3u},
+        std::pair{R"([{"a": {"b": {}}, "c": 1}, {"d": 1}])", 2u}, std::pair{"}:{\"", 0u}})
+    EXPECT_EQ(most_members(text), most) << text;
+  EXPECT_EQ(most_members("[" + with_members(50'000) + ",{\"a\": 1}]"), 50'000u);
+}
+
+TEST(JsonText, NoOrderIsKeptOfVeryManyMembers) {
+  EXPECT_EQ(parse<Json>(with_members(kMostOrderedMembers)).size(), kMostOrderedMembers);
+  for (const std::size_t count : {kMostOrderedMembers + 1, std::size_t(50'000)}) {
+    EXPECT_TRUE(parse<Json>("[1," + with_members(count) + "]").is_discarded()) << count;
+    EXPECT_EQ(parse<nlohmann::json>(with_members(count)).size(), count);
+  }
+  std::string many = with_members(kMostOrderedMembers);  // objects, on the other hand
+  for (int i = 0; i < 3; ++i) many += "," + with_members(kMostOrderedMembers);
+  EXPECT_EQ(parse<Json>("[" + many + "]").size(), 4u);
+}
+
+TEST(JsonText, ANameThatAnObjectHasTwiceIsFound) {
+  for (const char* text : {R"({"a": 1, "a": 1})", R"([{"b": {"c": [{"x": 0, "a": {}, "a": 2}]}}])",
+                           R"({"a": {"b": 1}, "\u0061": 2})"})
+    EXPECT_EQ(name_said_twice(text), "a") << text;
+  for (const char* text : {"{}", R"([{"a": 1}, {"a": {"a": ["a", "a"]}}])", "{\"a\": 1", "1", ""})
+    EXPECT_EQ(name_said_twice(text), std::nullopt) << text;
+}
+
 TEST(JsonText, WhatIsNoJsonIsDiscarded) {
   for (const char* text : {"", "{", "[1,]", "\"", "\xff", "nul"})
     EXPECT_TRUE(parse<Json>(text).is_discarded()) << text;

@@ -1,6 +1,7 @@
 // Text from strangers' queries and bodies: WKT, base64, JSON. Refused, or within the stated limits;
 // how much JSON there is, is known before any of it is built.
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -12,6 +13,14 @@
 namespace {
 
 using tind::test::require;
+
+/// Members of the object with most of them.
+std::size_t members(const nlohmann::json& json) {
+  std::size_t most = json.is_object() ? json.size() : 0;
+  if (json.is_structured())
+    for (const auto& inner : json) most = std::max(most, members(inner));
+  return most;
+}
 
 /// Values within a value, and itself.
 std::size_t values(const nlohmann::json& json) {
@@ -47,6 +56,7 @@ void json(std::string_view text) {
   if (made.is_discarded()) return;
   require(!tind::json::too_deep(text), "too deep, and taken");
   require(values(made) <= counted + 1, "more values than were counted");
+  require(members(made) <= tind::json::most_members(text), "more members than were counted");
   const std::string again = tind::json::to_text(made);
   require(!tind::json::parse<nlohmann::json>(again).is_discarded(), "what is written is no JSON");
 }

@@ -1,6 +1,7 @@
 // /elevation/{dataset}: the height of a place (GET), or of many (POST), from the DEM or as a client
 // of a level of tiles sees it.
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <memory>
@@ -12,7 +13,9 @@
 #include "server/api/accuracy_json.h"
 #include "server/api/app.h"
 #include "server/api/elevation/heights.h"
+#include "server/api/elevation/lookups.h"
 #include "server/api/elevation/places.h"
+#include "server/api/members.h"
 #include "server/api/openapi/openapi_parts.h"
 #include "server/api/responses.h"
 #include "server/http/message/problem.h"
@@ -24,8 +27,8 @@ namespace tind::api {
 namespace {
 
 constexpr std::size_t kMostBody = 8u << 20;
-/// So many places are a question; more are a batch, which keeps no question waiting.
-constexpr std::size_t kQuickly = 1000;
+/// Longer ones are a batch, which keeps no question waiting.
+constexpr std::size_t kQuickly = 10'000;  // bytes
 
 /// "2600000,1200000"
 std::optional<Vec2> pair_of(std::string_view text) {
@@ -189,8 +192,8 @@ struct AskedMany {
 http::Reply answer_many(const App& app, const services::ServedDataset& dataset,
                         const AskedMany& asked, std::string_view body, const std::string& target,
                         const std::stop_token& stop) {
-  auto document = PlacesDocument::read(asked.type, body, asked.crs);
-  if (!document) return http::problem_reply(document.error().list(), target);
+  const auto document = PlacesDocument::read(asked.type, body, asked.crs, target, stop);
+  if (!document) return document.error();
   PlacesDocument& places = **document;
   const Located located = locate(dataset, asked.crs, places.coordinates(), places.east_first());
   if (!located.wrong.empty()) return http::problem_reply({{"crs", located.wrong}}, target);
@@ -207,6 +210,13 @@ http::Reply answer_many(const App& app, const services::ServedDataset& dataset,
                           {{"Cache-Control", "no-store"}});
 }
 
+/// A table has a place a line below the first; numbers of JSON have commas between.
+std::size_t places_at_most(std::string_view type, std::string_view body) {
+  const auto count = [body](char c) { return std::size_t(std::ranges::count(body, c)); };
+  if (type == "text/csv") return count('\n') - std::size_t(body.ends_with('\n'));
+  return (count(',') + 1) / 2;
+}
+
 std::optional<http::Reply> post_elevation(const App& app, const http::Request& request,
                                           http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
@@ -217,10 +227,11 @@ std::optional<http::Reply> post_elevation(const App& app, const http::Request& r
                   http::media_type(request.head.fields.find("content-type").value_or("")),
                   height_question(std::span(query.words).subspan(1))};
   if (auto none = no_such_heights(*dataset, asked.question, request)) return none;
-  // A place takes ten bytes at least. The body stays until the answer is sent.
-  const bool quick = !asked.question.level && request.body.size() < 10 * kQuickly;
-  return answer_on_worker(app, quick ? services::Work::question : services::Work::batch, request,
-                          deferred,
+  const bool quick = !asked.question.level && request.body.size() < kQuickly;
+  const services::Work work =
+      quick ? work_of(*dataset, places_at_most(asked.type, request.body)) : services::Work::batch;
+  // The body stays until the answer is sent.
+  return answer_on_worker(app, work, request, deferred,
                           [&app, dataset, asked = std::move(asked), body = request.body,
                            target = std::string(request.head.target)](const std::stop_token& stop) {
                             return answer_many(app, *dataset, asked, body, target, stop);

@@ -16,7 +16,7 @@ namespace tind::api {
 namespace {
 
 /// Longer ones are a batch, which keeps no question waiting.
-constexpr std::size_t kQuickly = 20'000;
+constexpr std::size_t kQuickly = 20'000;  // bytes
 
 double spacing_m(const services::ServedDataset& dataset) {
   const DemInfo& info = dataset.source->info();
@@ -51,6 +51,27 @@ bool may_hold(const services::ServedDataset& dataset, const Geographic& p) {
   for (const double turn : {-360.0, 0.0, 360.0})
     if (bounds.contains({p.lon + turn, p.lat})) return true;
   return false;
+}
+
+/// Of a query, or of a form; "%2" and the like stay, for whoever reads it to refuse.
+std::string without_escapes(std::string_view text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    unsigned char c = 0;
+    const char *const digits = text.data() + i + 1, *const end = text.data() + text.size();
+    const bool escape = text[i] == '%' && end - digits >= 2 &&
+                        std::from_chars(digits, digits + 2, c, 16).ptr == digits + 2;
+    plain += escape ? char(c) : text[i];
+    i += escape ? 2 : 0;
+  }
+  return plain;
+}
+
+/// At least two for each place but the last, however places are written: commas and bars of a
+/// list, the last characters of both numbers of a polyline, commas of JSON.
+std::size_t marks_of(std::string_view text) {
+  return std::size_t(std::ranges::count_if(
+      text, [](char c) { return c == ',' || c == '|' || (c >= '?' && c <= '^'); }));
 }
 
 std::string too_many() { return fmt::format("at most {} places in one request", kMostPlaces); }
@@ -192,8 +213,19 @@ std::optional<Refusal> not_on_earth(const Geographic& p) {
   return {};
 }
 
+services::Work work_of(const services::ServedDataset& dataset, std::size_t places) {
+  constexpr std::int64_t kBlockPosts = 1 << 16;
+  const bool quick = places <= kFewPlaces ||
+                     dataset.source->post_count() <= std::int64_t(kFewPlaces) * kBlockPosts;
+  return quick ? services::Work::question : services::Work::batch;
+}
+
 services::Work work_of(std::string_view question) {
-  const bool quick = question.size() <= kQuickly && question.find("sample") == question.npos;
+  constexpr std::size_t kOtherMarks = 8;  // brackets, and what else is asked
+  if (question.size() > kQuickly) return services::Work::batch;
+  const std::string text = without_escapes(question);
+  const bool quick = marks_of(text) <= 2 * kFewPlaces + kOtherMarks &&
+                     text.find("sample") == text.npos && text.find("\\u") == text.npos;
   return quick ? services::Work::question : services::Work::batch;
 }
 

@@ -64,8 +64,15 @@ std::expected<std::vector<Geographic>, Refusal> places_of_polyline(std::string_v
 /// Nothing, or what is wrong with a place.
 std::optional<Refusal> not_on_earth(const Geographic&);
 
-/// The class of work of a question by its text: reading a long one is work, too, and one for places
-/// along a way may make many of a few. So it is read on the worker.
+/// Each place of a question may have a block of posts decoded for it: of so many that is soon done,
+/// wherever they are.
+inline constexpr std::size_t kFewPlaces = 16;
+
+/// The class of work of at most so many places of a dataset. REQUIRES: a DEM.
+services::Work work_of(const services::ServedDataset&, std::size_t places);
+
+/// The same of a question by its text: reading a long one is work, too, and one for places along a
+/// way may make many of a few. So it is read on the worker.
 services::Work work_of(std::string_view question);
 
 }  // namespace tind::api

@@ -13,6 +13,8 @@
 #include "proto/json_text.h"
 #include "server/api/accuracy_json.h"
 #include "server/api/json_problem.h"
+#include "server/api/members.h"
+#include "server/http/message/problem.h"
 #include "terrain/raster/crs_points.h"
 #include "terrain/surface/stated_accuracy.h"
 
@@ -22,13 +24,15 @@ namespace {
 using Ordered = nlohmann::ordered_json;
 
 constexpr std::size_t kMostListValues = 3 * kMostPlaces + 2;  // pairs in a list in an object
+constexpr std::size_t kLongestName = 64;                      // of a stranger's, as we repeat it
 const std::string kTooMany = "must have at most " + std::to_string(kMostPlaces) + " places";
+const std::string kLackTooMany = "has lines that lack more than " + std::to_string(kMostLacking) +
+                                 " fields of the first line in all";
 
-template <class AnyJson>
-std::optional<Vec2> position(const AnyJson& json) {
+std::optional<Vec2> position(const Ordered& json) {
   if (!json.is_array() || json.size() < 2 || !json[0].is_number() || !json[1].is_number())
     return {};
-  const Vec2 p{json[0].template get<double>(), json[1].template get<double>()};
+  const Vec2 p{json[0].get<double>(), json[1].get<double>()};
   if (!std::isfinite(p.x) || !std::isfinite(p.y)) return {};
   return p;
 }
@@ -36,7 +40,7 @@ std::optional<Vec2> position(const AnyJson& json) {
 /// {"locations": [[x, y], ...]}
 class PlaceList final : public PlacesDocument {
  public:
-  PlaceList(const Json& json, Problems& problems) { read_list(json, problems); }
+  PlaceList(const Ordered& json, Problems& problems) { read_list(json, problems); }
 
   bool east_first() const override { return false; }
   std::string name_of(std::size_t i) const override {
@@ -72,17 +76,20 @@ class PlaceList final : public PlacesDocument {
   }
 
  private:
-  void read_list(const Json& json, Problems& problems) {
-    Members members(json, "", problems);
-    const Json* const list = members.member("locations", Members::Need::must);
+  void read_list(const Ordered& json, Problems& problems) {
+    Json names = Json::object();  // without what they name: a copy of that takes as much again
+    for (const auto& [name, value] : json.items()) names[name] = nullptr;
+    Members members(names, "", problems);
+    const bool there = members.member("locations", Members::Need::must);
     members.nothing_else();
-    if (!list) return;
-    if (!list->is_array() || list->empty())
+    if (!there) return;
+    const Ordered& list = json["locations"];
+    if (!list.is_array() || list.empty())
       return problems.add("locations", "must be a list of pairs of numbers");
-    if (list->size() > kMostPlaces) return problems.add("locations", kTooMany);
-    for (std::size_t i = 0; i < list->size(); ++i) {
-      const auto at = position((*list)[i]);
-      if (!at || (*list)[i].size() != 2)
+    if (list.size() > kMostPlaces) return problems.add("locations", kTooMany);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const auto at = position(list[i]);
+      if (!at || list[i].size() != 2)
         problems.add(name_of(i), "must be a pair of numbers");
       else
         coordinates_.push_back(*at);
@@ -179,21 +186,25 @@ class GeoJsonPlaces : public PlacesDocument {
 /// Lines of a table; each with a place.
 class CsvPlaces : public PlacesDocument {
  public:
-  CsvPlaces(std::string_view body, bool degrees, Problems& problems) : degrees_(degrees) {
-    read_table(body, problems);
+  CsvPlaces(std::string_view body, bool degrees, Problems& problems, const std::stop_token& stop)
+      : degrees_(degrees) {
+    read_table(body, problems, stop);
   }
 
   bool east_first() const override { return true; }
   std::string name_of(std::size_t i) const override {
-    return "line " + std::to_string(numbers_[i]);
+    return "line " + std::to_string(lines_[i].number);
   }
   std::string_view media_type() const override { return "text/csv"; }
 
   std::string with_heights(const HeightsMade& made) override {
-    std::string text = head_ + "," + (made.question.level ? kAllColumns : kColumns) + '\n';
+    std::string text;
+    text.reserve(head_.size() + read_ + lacking_ + kUsualAnswer * (lines_.size() + 1));
+    ((text += head_) += ',') += made.question.level ? kAllColumns : kColumns;
+    text += '\n';
     for (std::size_t i = 0; i < lines_.size(); ++i) {
       const PlaceHeight& place = made.heights.places[i];
-      (text += lines_[i]) += ',';
+      (text += lines_[i].text).append(lines_[i].lacks + 1, ',');
       if (place.height.coverage == Coverage::value) text += Ordered(place.height.height_m).dump();
       (text += ',') += word(place.height.coverage);
       if (made.question.level) {
@@ -212,17 +223,23 @@ class CsvPlaces : public PlacesDocument {
  private:
   static constexpr const char* kColumns = "height_m,coverage";
   static constexpr const char* kAllColumns = "height_m,coverage,max_error_m,low_m,high_m";
+  static constexpr std::size_t kUsualAnswer = 32;  // bytes behind a line
 
-  std::string head_;  // a copy, as the lines: the body may be gone by then
-  std::vector<std::string> lines_;
-  std::vector<std::size_t> numbers_;  // of the lines, from 1
+  struct Line {
+    std::string_view text;  // of the body
+    std::size_t number;     // from 1
+    std::size_t lacks;      // fields that the head has
+  };
+
+  std::string_view head_;
+  std::vector<Line> lines_;
+  std::size_t read_ = 0, lacking_ = 0;  // bytes and missing fields of all lines
   bool degrees_;
   csv::PlaceColumns columns_;
-  std::size_t width_ = 0;  // of the first line, fields
 
-  void read_table(std::string_view body, Problems& problems) {
+  void read_table(std::string_view body, Problems& problems, const std::stop_token& stop) {
     if (body.starts_with("\xef\xbb\xbf")) body.remove_prefix(3);
-    for (std::size_t number = 1; !body.empty(); ++number) {
+    for (std::size_t number = 1; !body.empty() && !stop.stop_requested(); ++number) {
       const std::size_t end = std::min(body.find('\n'), body.size());
       std::string_view line = body.substr(0, end);
       body.remove_prefix(std::min(end + 1, body.size()));
@@ -237,6 +254,7 @@ class CsvPlaces : public PlacesDocument {
         read_line(line, number, problems);
       }
     }
+    if (lacking_ > kMostLacking) problems.add("body", kLackTooMany);
     if (problems.empty() && coordinates_.empty()) problems.add("body", "has no line with a place");
   }
 
@@ -252,7 +270,6 @@ class CsvPlaces : public PlacesDocument {
       return false;
     }
     columns_ = *found;
-    width_ = csv::fields_of(head_).size();
     const std::string why = csv::why_no_columns(head_, kAllColumns);
     if (!why.empty()) problems.add("body", why);
     return why.empty();
@@ -261,20 +278,47 @@ class CsvPlaces : public PlacesDocument {
   void read_line(std::string_view line, std::size_t number_of_line, Problems& problems) {
     if (csv::has_open_quote(line))
       return problems.add("line " + std::to_string(number_of_line), csv::kOpenQuote);
-    const std::vector<std::string> fields = csv::fields_of(line);
-    const auto number = [&](std::size_t column) {
-      return column < fields.size() ? csv::number(fields[column]) : std::nullopt;
-    };
-    const auto x = number(columns_.x), y = number(columns_.y);
-    if (!x || !y)
+    const csv::PlaceFields place = columns_.of(line);
+    if (!place.x || !place.y)
       return problems.add("line " + std::to_string(number_of_line), "has no two coordinates");
-    auto whole = csv::filled_up(std::string(line), fields.size(), width_);
-    if (!whole) return problems.add("line " + std::to_string(number_of_line), csv::kTooWide);
-    coordinates_.push_back({*x, *y});
-    lines_.push_back(*std::move(whole));
-    numbers_.push_back(number_of_line);
+    if (place.count > columns_.count)
+      return problems.add("line " + std::to_string(number_of_line), csv::kTooWide);
+    coordinates_.push_back({*place.x, *place.y});
+    lines_.push_back({line, number_of_line, columns_.count - place.count});
+    read_ += line.size(), lacking_ += lines_.back().lacks;
   }
 };
+
+/// What is known of a text before anything is built of it.
+bool may_be_built(std::string_view body, std::size_t values, Problems& problems) {
+  if (values > kMostValues)
+    problems.add("body", "must have at most " + std::to_string(kMostValues) + " JSON values");
+  else if (json::most_members(body) > json::kMostOrderedMembers)
+    problems.add("body", "must have at most " + std::to_string(json::kMostOrderedMembers) +
+                             " members in an object");
+  return problems.empty();
+}
+
+/// Null where there are problems, or where it is to stop.
+std::unique_ptr<PlacesDocument> read_any_json(std::string_view body, Problems& problems,
+                                              const std::stop_token& stop) {
+  const std::size_t values = json::count_values(body);
+  if (!may_be_built(body, values, problems) || stop.stop_requested()) return {};
+  auto json = json::parse<Ordered>(body);
+  if (stop.stop_requested()) return {};
+  if (!json.is_object())
+    problems.add("body", json.is_discarded() ? why_no_json(body) : "must be a JSON object");
+  else if (const auto twice = json::name_said_twice(body))
+    problems.add(twice->substr(0, kLongestName),
+                 "is there twice in one object: which of them counts?");
+  else if (json.contains("type"))
+    return std::make_unique<GeoJsonPlaces>(std::move(json), problems);
+  else if (values > kMostListValues)
+    problems.add("locations", kTooMany);
+  else
+    return std::make_unique<PlaceList>(json, problems);
+  return {};
+}
 
 }  // namespace
 
@@ -290,28 +334,18 @@ Ordered about(const HeightsMade& made) {
   return json;
 }
 
-std::expected<std::unique_ptr<PlacesDocument>, Problems> PlacesDocument::read(
-    std::string_view type, std::string_view body, const std::string& crs) {
+std::expected<std::unique_ptr<PlacesDocument>, http::Reply> PlacesDocument::read(
+    std::string_view type, std::string_view body, const std::string& crs, std::string_view target,
+    const std::stop_token& stop) {
   Problems problems;
   std::unique_ptr<PlacesDocument> read;
-  if (type == "text/csv") {
-    read = std::make_unique<CsvPlaces>(body, is_geographic(crs), problems);
-  } else {
-    const std::size_t values = json::count_values(body);
-    auto json =
-        values > kMostValues ? Ordered(Ordered::value_t::discarded) : json::parse<Ordered>(body);
-    if (values > kMostValues)
-      problems.add("body", "must have at most " + std::to_string(kMostValues) + " JSON values");
-    else if (!json.is_object())
-      problems.add("body", json.is_discarded() ? why_no_json(body) : "must be a JSON object");
-    else if (json.contains("type"))
-      read = std::make_unique<GeoJsonPlaces>(std::move(json), problems);
-    else if (values > kMostListValues)
-      problems.add("locations", kTooMany);
-    else
-      read = std::make_unique<PlaceList>(Json(json), problems);
-  }
-  if (!problems.empty()) return std::unexpected(std::move(problems));
+  if (type == "text/csv")
+    read = std::make_unique<CsvPlaces>(body, is_geographic(crs), problems, stop);
+  else
+    read = read_any_json(body, problems, stop);
+  if (stop.stop_requested())
+    return std::unexpected(http::problem_reply(Error{Errc::cancelled, "stopped"}, target));
+  if (!problems.empty()) return std::unexpected(http::problem_reply(problems.list(), target));
   return read;
 }
 

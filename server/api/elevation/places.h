@@ -5,11 +5,12 @@
 #include <expected>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
 
 #include "server/api/elevation/heights.h"
-#include "server/api/members.h"
+#include "server/http/message/reply.h"
 #include "terrain/geo/coordinates.h"
 
 namespace tind::api {
@@ -18,6 +19,9 @@ inline constexpr std::size_t kMostPlaces = 100'000;
 /// Of one document of JSON, so that what is made of it in memory has a bound, too: places with
 /// several properties each.
 inline constexpr std::size_t kMostValues = 10 * kMostPlaces;
+/// Fields that the lines of a table lack of its head line, all together: each is a comma of the
+/// answer, so that a long head above many short lines would be gigabytes of them.
+inline constexpr std::size_t kMostLacking = 8u << 20;
 inline constexpr std::string_view kPlacesTypes = "application/json, application/geo+json, text/csv";
 
 /// What an answer says once, about all of its heights.
@@ -38,10 +42,14 @@ class PlacesDocument {
   virtual ~PlacesDocument() = default;
 
   /// `type`: one of kPlacesTypes. At least one place and at most kMostPlaces, all numbers finite.
-  /// `crs`: what they are asked for in, which says which columns of a table they are.
-  static std::expected<std::unique_ptr<PlacesDocument>, Problems> read(std::string_view type,
-                                                                       std::string_view body,
-                                                                       const std::string& crs);
+  /// `crs`: what they are asked for in, which says which columns of a table they are. The error is
+  /// the reply that says what is wrong. `target`: of the request. REQUIRES: `body` stays as long as
+  /// the document, for the lines of a table are not copied.
+  static std::expected<std::unique_ptr<PlacesDocument>, http::Reply> read(std::string_view type,
+                                                                          std::string_view body,
+                                                                          const std::string& crs,
+                                                                          std::string_view target,
+                                                                          const std::stop_token&);
 
   std::span<const Vec2> coordinates() const { return coordinates_; }
   /// Do they stand as x before y, east before north, whatever the authority of their CRS has? So

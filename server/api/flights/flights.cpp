@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "proto/stream/tile_frames.h"
 #include "server/api/app.h"
@@ -32,33 +35,72 @@ http::Reply answer(const FlightPlan& plan) {
                           {{"Cache-Control", "no-store"}});
 }
 
+/// A height that the highest ground below the flight is not under, from a few of its places.
+/// Nothing where these have none, or where all of them are a few.
+Result<std::optional<double>> some_ground(const Surface& surface,
+                                          std::span<const Geographic> places,
+                                          const std::stop_token& stop) {
+  constexpr std::size_t kFew = 16, kMany = 256;
+  if (places.size() <= kMany) return std::nullopt;
+  std::vector<Geographic> few;
+  for (std::size_t i = 0; i < kFew; ++i) few.push_back(places[i * places.size() / kFew]);
+  const auto heights = heights_at(surface, few, Interpolation::bilinear, stop);
+  if (!heights) return std::unexpected(heights.error());
+  std::optional<double> highest;
+  for (const SurfaceHeight& at : *heights)
+    if (at.height.coverage == Coverage::value)
+      highest = std::max(highest.value_or(at.height.height_m), at.height.height_m);
+  return highest;
+}
+
+http::Reply answer_plan(const App& app, const services::ServedDataset& dataset,
+                        const FlightRequest& asked, const std::string& target,
+                        const std::stop_token& stop) {
+  const auto facts_of = [&](TileId id) {
+    const auto hit = app.tiles.peek(dataset, id, {});
+    return hit ? facts_of_tile(hit->bytes()) : PlanFacts{std::size_t(asked.tile_bytes)};
+  };
+  const auto above = [&](double ground_m) {
+    FlightOptions options = asked.options;
+    options.ground_m = ground_m;
+    return plan_flight(*dataset.tiles, asked.flight, options, facts_of, stop);
+  };
+  const auto refused = [&](const Error& error) {
+    if (error.code != Errc::out_of_range) return http::problem_reply(error, target);
+    return http::problem_reply({{"tolerance_px", error.what}}, target);
+  };
+  std::optional<double> ground_m = asked.ground_m;
+  if (!ground_m) {
+    const std::vector<Geographic> places = places_of(asked.flight);
+    // The higher the ground, the nearer the tiles and the more of them: what are too many above
+    // some ground are too many, and all of it need not be read.
+    const auto some = dataset.source ? some_ground(*dataset.source, places, stop)
+                                     : Result<std::optional<double>>();
+    if (!some) return http::problem_reply(some.error(), target);
+    if (*some)
+      if (const auto made = above(**some); !made) return refused(made.error());
+    const auto highest = highest_ground(dataset.source.get(), places, stop);
+    if (!highest) return http::problem_reply(highest.error(), target);
+    ground_m = *highest;
+  }
+  const auto made = above(*ground_m);
+  return made ? answer(*made) : refused(made.error());
+}
+
 std::optional<http::Reply> plan(const App& app, const http::Request& request,
                                 http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
   if (!dataset) return not_found;
   if (!dataset->tiles) return no_tiles(request);
-  return answer_on_worker(
-      app, services::Work::batch, request, deferred,
-      [dataset, &app, body = request.body,
-       target = std::string(request.head.target)](const std::stop_token& stop) {
-        Problems problems;
-        FlightRequest asked = parse_flight_request(body, problems);
-        if (!problems.empty()) return http::problem_reply(problems.list(), target);
-        const auto ground =
-            asked.ground_m ? Result<double>(*asked.ground_m)
-                           : highest_ground(dataset->source.get(), places_of(asked.flight), stop);
-        if (!ground) return http::problem_reply(ground.error(), target);
-        asked.options.ground_m = *ground;
-        const auto facts_of = [&](TileId id) {
-          const auto hit = app.tiles.peek(*dataset, id, {});
-          return hit ? facts_of_tile(hit->bytes()) : PlanFacts{std::size_t(asked.tile_bytes)};
-        };
-        const auto made = plan_flight(*dataset->tiles, asked.flight, asked.options, facts_of, stop);
-        if (made) return answer(*made);
-        if (made.error().code == Errc::out_of_range)
-          return http::problem_reply({{"tolerance_px", made.error().what}}, target);
-        return http::problem_reply(made.error(), target);
-      });
+  return answer_on_worker(app, services::Work::batch, request, deferred,
+                          [dataset, &app, body = request.body,
+                           target = std::string(request.head.target)](const std::stop_token& stop) {
+                            Problems problems;
+                            const FlightRequest asked = parse_flight_request(body, problems);
+                            if (!problems.empty())
+                              return http::problem_reply(problems.list(), target);
+                            return answer_plan(app, *dataset, asked, target, stop);
+                          });
 }
 
 /// On a worker, one tile after the other. Each that is missing or fails says so in its frame. The

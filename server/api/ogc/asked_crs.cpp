@@ -181,18 +181,6 @@ std::optional<CrsBox> box_in(const CrsBox& box, const AskedCrs& from, const Aske
   return around;
 }
 
-CrsBox with_posts_inside(const AskedCrs& crs, const CrsBox& box, Vec2 ground, Vec2 spacing_m) {
-  const double x = box.width() / std::max(1., std::round(ground.x / spacing_m.x)) / 2;
-  const double y = box.height() / std::max(1., std::round(ground.y / spacing_m.y)) / 2;
-  CrsBox posts{box.west - x, box.south - y, box.east + x, box.north + y};
-  if (!crs.geographic()) return posts;
-  // Around the globe the first column and the one behind the last are the same.
-  posts.east = std::min(posts.east, posts.west + crs.turn());
-  const double pole = crs.turn() / 4;
-  posts.south = std::max(posts.south, -pole), posts.north = std::min(posts.north, pole);
-  return posts;
-}
-
 Result<CrsBox> box_of(const AskedCrs& crs, const DatasetFacts& facts) {
   const GeoRect& b = facts.box;
   if (crs.name() == "CRS84") return CrsBox{b.west, b.south, b.east, b.north};

@@ -73,10 +73,6 @@ Vec2 ground_m(const AskedCrs&, const CrsBox&);
 /// is; nothing where there are none.
 std::optional<CrsBox> box_in(const CrsBox&, const AskedCrs& from, const AskedCrs& to);
 
-/// Half a post wider on each side: the middles of as many pixels as there are posts are the posts.
-/// No wider than a turn, and not beyond the poles. `ground`: ground_m() of the box.
-CrsBox with_posts_inside(const AskedCrs&, const CrsBox&, Vec2 ground, Vec2 spacing_m);
-
 /// Where the dataset lies, in that system.
 Result<CrsBox> box_of(const AskedCrs&, const DatasetFacts&);
 

@@ -10,6 +10,7 @@
 
 #include "server/api/crs_name.h"
 #include "server/api/ogc/asked_crs.h"
+#include "server/api/ogc/post_grid.h"
 #include "terrain/geo/web_mercator.h"
 #include "terrain/images/height_image.h"
 #include "terrain/raster/crs_code.h"
@@ -74,12 +75,11 @@ Ordered query_json(const Asked& asked, const std::string& base, const char* type
 /// As the draft of Coverages has it that GDAL 3.6 knows: pixels whose middles are the posts of a
 /// DEM in longitudes and latitudes, and about as many of another.
 void add_grid(Ordered& json, const ServedDataset& dataset, const DatasetFacts& facts) {
-  const DemInfo& info = dataset.source->info();
   const auto crs = AskedCrs::make("CRS84", facts);
-  const CrsBox posts{facts.box.west, facts.box.south, facts.box.east, facts.box.north};
-  const Vec2 spacing{info.spacing_x_m, info.spacing_y_m};
-  const CrsBox box = with_posts_inside(*crs, posts, ground_m(*crs, posts), spacing);
-  const Vec2 ground = ground_m(*crs, box);  // as the coverage itself counts its pixels
+  const PostGrid grid(*crs, *dataset.source);
+  const CrsBox box =
+      grid.around(*crs, {facts.box.west, facts.box.south, facts.box.east, facts.box.north});
+  const Vec2 pixels = grid.pixels(box, ground_m(*crs, box));  // as the coverage itself counts them
   const auto axis = [](const char* label, double low, double high, double steps) {
     return Ordered{
         {"type", "RegularAxis"}, {"axisLabel", label},
@@ -92,8 +92,8 @@ void add_grid(Ordered& json, const ServedDataset& dataset, const DatasetFacts& f
                          {"srsName", kCrs84},
                          {"axisLabels", {"Lon", "Lat"}},
                          {"axis",
-                          {axis("Lon", box.west, box.east, ground.x / spacing.x),
-                           axis("Lat", box.south, box.north, ground.y / spacing.y)}}}}};
+                          {axis("Lon", box.west, box.east, pixels.x),
+                           axis("Lat", box.south, box.north, pixels.y)}}}}};
   json["rangeType"] = {{"type", "DataRecord"},
                        {"field",
                         {{{"type", "Quantity"},

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,10 @@
 
 namespace tind::api::ogc {
 namespace {
+
+/// Read for one answer, which has a worker until it is made: for a minute or two. Of a DEM that has
+/// no more, all can be asked for.
+constexpr std::int64_t kMostPosts = std::int64_t(1) << 29;
 
 RasterLattice lattice_of(const AskedCrs& crs, const CoverageWindow& w) {
   RasterLattice lattice;
@@ -67,11 +72,17 @@ http::Reply answer(const App& app, const services::ServedDataset& dataset, const
   const auto grid = is_own ? own_grid(q, *crs, info) : std::nullopt;
   const std::expected<CoverageWindow, http::ParameterProblem> window =
       grid ? *grid
-           : coverage_window(q, *bbox_crs, *crs, facts,
-                             {surface.info().spacing_x_m, surface.info().spacing_y_m});
+           : coverage_window(q, *bbox_crs, *crs, facts, PostGrid(*bbox_crs, surface),
+                             PostGrid(*crs, surface));
   if (!window) return http::problem_reply({window.error()}, target);
 
   const RasterLattice lattice = lattice_of(*crs, *window);
+  if (takes_more_posts(surface, lattice, double(kMostPosts), stop))
+    return http::problem_reply(
+        {{"bbox", fmt::format("has more posts of the DEM under it than the {} that one answer may "
+                              "take to read: ask for a smaller one",
+                              kMostPosts)}},
+        target);
   auto made = lattice_heights(surface, lattice, {.threads = 1}, {.report = {}, .stop = stop});
   if (!made) return http::problem_reply(made.error(), target);
   if (auto done = bring_to(app.environment, lattice, made->heights, info, *datum); !done)

@@ -145,19 +145,20 @@ std::expected<CrsBox, Wrong> window_in(const CrsBox& box, const AskedCrs& from,
 
 std::expected<CrsBox, Wrong> box_asked(const CoverageQuery& q, const AskedCrs& bbox_crs,
                                        const AskedCrs& crs, const DatasetFacts& facts,
-                                       Vec2 spacing_m) {
+                                       const PostGrid& bbox_grid, const PostGrid& grid) {
   if (q.bbox) {
     const auto box = bbox_crs.box(*q.bbox);
     if (!box) return std::unexpected(Wrong{"bbox", box.error().what});
     return window_in(*box, bbox_crs, crs);
   }
-  const auto whole = [&](const AskedCrs& in, const char* name) -> std::expected<CrsBox, Wrong> {
+  const auto whole = [&](const AskedCrs& in, const PostGrid& posts,
+                         const char* name) -> std::expected<CrsBox, Wrong> {
     const auto all = box_of(in, facts);
     if (!all) return std::unexpected(Wrong{name, all.error().what});
-    return with_posts_inside(in, *all, ground_m(in, *all), spacing_m);
+    return posts.around(in, *all);
   };
-  if (!q.subset_x && !q.subset_y) return whole(crs, "crs");
-  auto box = whole(bbox_crs, "bbox-crs");
+  if (!q.subset_x && !q.subset_y) return whole(crs, grid, "crs");
+  auto box = whole(bbox_crs, bbox_grid, "bbox-crs");
   if (!box) return std::unexpected(box.error());
   if (q.subset_x) box->west = q.subset_x->first, box->east = q.subset_x->second;
   if (q.subset_y) box->south = q.subset_y->first, box->north = q.subset_y->second;
@@ -167,11 +168,11 @@ std::expected<CrsBox, Wrong> box_asked(const CoverageQuery& q, const AskedCrs& b
 }
 
 /// Pixels along both sides; not whole, and perhaps too many.
-Vec2 pixels_of(const CoverageQuery& q, Vec2 ground, Vec2 spacing_m) {
+Vec2 pixels_of(const CoverageQuery& q, const CrsBox& box, Vec2 ground, const PostGrid& grid) {
   if (q.width > 0 && q.height > 0) return {double(q.width), double(q.height)};
   if (q.width > 0) return {double(q.width), q.width * ground.y / ground.x};
   if (q.height > 0) return {q.height * ground.x / ground.y, double(q.height)};
-  const Vec2 all{ground.x / spacing_m.x, ground.y / spacing_m.y};
+  const Vec2 all = grid.pixels(box, ground);
   // As fine as the posts, or coarser in both directions alike.
   const double less = std::min(1., std::sqrt(kMostTextPixels / (all.x * all.y)));
   if (less == 1) return all;
@@ -194,17 +195,15 @@ std::expected<CoverageQuery, std::vector<http::ParameterProblem>> read_coverage_
   return q;
 }
 
-std::expected<CoverageWindow, http::ParameterProblem> coverage_window(const CoverageQuery& q,
-                                                                      const AskedCrs& bbox_crs,
-                                                                      const AskedCrs& crs,
-                                                                      const DatasetFacts& facts,
-                                                                      Vec2 spacing_m) {
-  const auto box = box_asked(q, bbox_crs, crs, facts, spacing_m);
+std::expected<CoverageWindow, http::ParameterProblem> coverage_window(
+    const CoverageQuery& q, const AskedCrs& bbox_crs, const AskedCrs& crs,
+    const DatasetFacts& facts, const PostGrid& bbox_grid, const PostGrid& grid) {
+  const auto box = box_asked(q, bbox_crs, crs, facts, bbox_grid, grid);
   if (!box) return std::unexpected(box.error());
   const Vec2 ground = ground_m(crs, *box);
   if (!(ground.x > 0 && ground.y > 0))
     return std::unexpected(Wrong{"bbox", "has no places in " + crs.name()});
-  const Vec2 pixels = pixels_of(q, ground, spacing_m);
+  const Vec2 pixels = pixels_of(q, *box, ground, grid);
   const bool text = q.format == CoverageFormat::asc || q.format == CoverageFormat::covjson;
   const double most = text ? kMostTextPixels : kMostPixels;
   const double cols = std::max(1., std::round(pixels.x)), rows = std::max(1., std::round(pixels.y));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/api/ogc/asked_crs.h"
+#include "server/api/ogc/post_grid.h"
 #include "server/http/message/problem.h"
 #include "server/http/message/request_parser.h"
 #include "server/http/operation.h"
@@ -47,12 +48,11 @@ struct CoverageWindow {
 };
 
 /// Without bbox: all of the dataset. Without a size: as fine as the posts, but at most 2^20 pixels;
-/// with one of the two, pixels as long as they are wide. The problem names the parameter.
-std::expected<CoverageWindow, http::ParameterProblem> coverage_window(const CoverageQuery&,
-                                                                      const AskedCrs& bbox_crs,
-                                                                      const AskedCrs& crs,
-                                                                      const DatasetFacts&,
-                                                                      Vec2 spacing_m);
+/// with one of the two, pixels as long as they are wide. `bbox_grid`, `grid`: the dataset's, in the
+/// two systems. The problem names the parameter.
+std::expected<CoverageWindow, http::ParameterProblem> coverage_window(
+    const CoverageQuery&, const AskedCrs& bbox_crs, const AskedCrs& crs, const DatasetFacts&,
+    const PostGrid& bbox_grid, const PostGrid& grid);
 
 /// All of a DEM in its own system, where neither window nor size is asked for: its grid, so that
 /// pixels are posts. Nothing where that is another, turned, or of more than 2^20 posts.

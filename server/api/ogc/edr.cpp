@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "server/api/elevation/lookups.h"
 #include "server/api/ogc/collection_json.h"
 #include "server/api/ogc/edr_answer.h"
 #include "server/api/ogc/edr_places.h"
@@ -64,6 +65,13 @@ http::Reply answer(const App& app, const services::ServedDataset& dataset, const
                           {{"Cache-Control", "no-cache"}, {"Vary", "Accept"}});
 }
 
+std::size_t points_of(const proto::WktGeometry& coords) {
+  std::size_t points = 0;
+  for (const auto& lines : coords.parts)
+    for (const proto::WktLine& line : lines) points += line.size();
+  return points;
+}
+
 std::optional<http::Reply> ask(const App& app, EdrShape shape, const http::Request& request,
                                http::DeferredReply& deferred) {
   const auto [dataset, not_found] = find_dataset(app, request.matched[0], request);
@@ -75,8 +83,10 @@ std::optional<http::Reply> ask(const App& app, EdrShape shape, const http::Reque
     query->question.level = dataset->tiles->layer().maxzoom;
   if (auto none = no_such_heights(*dataset, query->question, request)) return none;
   const bool quick = shape == EdrShape::position && !query->question.level;
+  const services::Work work =
+      quick ? work_of(*dataset, points_of(query->coords)) : services::Work::batch;
   return answer_on_worker(
-      app, quick ? services::Work::question : services::Work::batch, request, deferred,
+      app, work, request, deferred,
       [&app, dataset, query = std::move(*query), target = std::string(request.head.target)](
           const std::stop_token& stop) { return answer(app, *dataset, query, target, stop); });
 }

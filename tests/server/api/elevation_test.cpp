@@ -3,7 +3,9 @@
 #include <cmath>
 #include <random>
 #include <sstream>
+#include <stop_token>
 
+#include "server/api/elevation/places.h"
 #include "tests/server/api/api_fixture.h"
 
 namespace tind::api {
@@ -143,6 +145,74 @@ TEST_F(Elevation, RefusesALineBreakWithinAField) {
   EXPECT_EQ(reply.status, 400) << reply.body;
   EXPECT_NE(reply.body.find("line 2"), std::string::npos) << reply.body;
   EXPECT_NE(reply.body.find("quote"), std::string::npos) << reply.body;
+}
+
+/// "lon,lat" and so many more columns, and so many lines that have only these two.
+std::string short_lines(std::size_t more_columns, int lines) {
+  std::string table = "lon,lat" + std::string(more_columns, ',') + '\n';
+  for (int i = 0; i < lines; ++i) table += "-121.76,46.85\n";
+  return table;
+}
+
+TEST_F(Elevation, OfShortLinesStandsInItsOwnColumns) {
+  const HttpReply reply = send("", "text/csv", short_lines(500, 300) + "-121.76,46.85,a\n");
+  ASSERT_EQ(reply.status, 200) << reply.body.substr(0, 500);
+  const std::string height = one(-121.76, 46.85)["height_m"].dump() + ",value\n";
+  std::string expected = "lon,lat" + std::string(501, ',') + "height_m,coverage\n";
+  for (int i = 0; i < 300; ++i) expected += "-121.76,46.85" + std::string(501, ',') + height;
+  expected += "-121.76,46.85,a" + std::string(500, ',') + height;
+  EXPECT_TRUE(reply.body == expected) << reply.body.size() << " bytes, not " << expected.size();
+}
+
+TEST_F(Elevation, RefusesATableThatWouldComeBackAsCommas) {
+  const std::size_t just = kMostLacking / 64;
+  EXPECT_EQ(send("", "text/csv", short_lines(just, 64)).status, 200);
+  for (const std::string& table :
+       {short_lines(just, 65), short_lines(50'000, 2000), short_lines(7'000'000, 2)}) {
+    const HttpReply reply = send("", "text/csv", table);
+    ASSERT_EQ(reply.status, 400) << reply.body.size();
+    const Json wrong = Json::parse(reply.body)["errors"];
+    ASSERT_EQ(wrong.size(), 1u) << wrong;
+    EXPECT_EQ(wrong[0]["parameter"], "body");
+    EXPECT_NE(wrong[0]["detail"].dump().find(std::to_string(kMostLacking)), std::string::npos);
+  }
+}
+
+TEST_F(Elevation, RefusesAnObjectOfVeryManyMembers) {
+  const auto names = [](int count) {
+    Json members;
+    for (int i = 0; i < count; ++i) members[std::to_string(i)] = i;
+    return members;
+  };
+  Json point = {{"type", "Feature"},
+                {"properties", names(1000)},
+                {"geometry", {{"type", "Point"}, {"coordinates", {-121.76, 46.85}}}}};
+  EXPECT_EQ(send("", "application/geo+json", point.dump()).status, 200);
+  point["properties"] = names(50'000);
+  Json list = names(50'000);
+  list["locations"] = {{-121.76, 46.85}};
+  for (const Json& sent : {point, list}) {
+    const HttpReply reply = send("", "application/json", sent.dump());
+    ASSERT_EQ(reply.status, 400) << reply.body.size();
+    const Json wrong = Json::parse(reply.body)["errors"];
+    ASSERT_EQ(wrong.size(), 1u) << wrong;
+    EXPECT_EQ(wrong[0]["parameter"], "body");
+    EXPECT_NE(wrong[0]["detail"].dump().find("1000 members"), std::string::npos) << wrong;
+  }
+}
+
+TEST_F(Elevation, ReadsOnlyAsLongAsSomebodyWaits) {
+  std::stop_source stop;
+  const std::pair<std::string, std::string> bodies[] = {
+      {"text/csv", "lon,lat\n1,x\n"},
+      {"application/json", R"({"locations": [[1, "x"]]})"},
+      {"application/geo+json", R"({"type": "Point", "coordinates": [1, "x"]})"}};
+  for (const auto& [type, body] : bodies)
+    EXPECT_EQ(PlacesDocument::read(type, body, "", "/", stop.get_token()).error().status, 400);
+  stop.request_stop();
+  for (const auto& [type, body] : bodies)
+    EXPECT_EQ(PlacesDocument::read(type, body, "", "/", stop.get_token()).error().status,
+              http::status_of(Errc::cancelled));
 }
 
 TEST_F(Elevation, OfALevelHasNoInterpolationOfItsOwn) {
@@ -302,6 +372,8 @@ TEST_F(Elevation, NamesWhatIsWrongWithManyPlaces) {
            Case{"", json, R"({"locations": [[1, 2, 3]]})", "locations[0]"},
            Case{"", json, R"({"locations": [[0, 91]]})", "locations[0]"},
            Case{"", json, R"({"locations": [[1, 1]], "more": 1})", "more"},
+           Case{"", json, R"({"locations": [[1, 1]], "locations": [[2, 2]]})", "locations"},
+           Case{"", json, R"({"type": "Point", "coordinates": [1, 2], "a": 1, "a": 2})", "a"},
            Case{"?crs=EPSG:5703", json, good, "crs"},
            Case{"?crs=WGS84", json, good, "crs"},
            Case{"?surface=level=25", json, good, "surface"},

@@ -97,6 +97,7 @@ TEST_F(Api, WrongRefineRequestsSayWhatIsWrong) {
        {"{\"camera\":{\"lon\":1,\"lat\":0}}", "camera.height_m"},
        {"{" + kCamera + ",\"x\":1}", "x"},
        {"{" + kCamera + ",\"view\":7}", "view"},
+       {R"({"region":{"bbox":[1,2,3,4],"bbox":[5,6,7,8]},"inside_m":1,"outside_m":2})", "bbox"},
        {"{" + kCamera + ",\"window\":[1,2,3]}", "window"},
        {"{" + kCamera + ",\"window\":[3,2,1,4]}", "window"},
        {"{" + kCamera + ",\"window\":[10,11,12,13]}", "window"},  // known to be empty only later

@@ -84,6 +84,22 @@ TEST_F(Elevation, ALongTableIsReadInPartsAndStaysInOrder) {
   }
 }
 
+TEST_F(Elevation, ShortLinesBelowALongHeadTakeNoMemory) {
+  const auto short_lines = [&](int count) {
+    std::string content = "x,y" + std::string(100'000, ',') + '\n';
+    for (int i = 0; i < count; ++i) content += "-121.76,46.85," + std::to_string(i) + '\n';
+    return table(content);
+  };
+  std::string right = "x,y" + std::string(100'000, ',') + ",height_m,coverage\n";
+  for (int i = 0; i < 400; ++i)  // 40 MB: several parts
+    right += "-121.76,46.85," + std::to_string(i) + std::string(100'000, ',') + "4317.0,value\n";
+  EXPECT_TRUE(run_tind("elevation " + dem_ + " --places " + short_lines(400)).answer == right);
+  if (test::kSanitized) GTEST_SKIP() << "memory is the sanitizer's";
+  const auto ran = run_tind("elevation " + dem_ + " --places " + short_lines(2500) + " >/dev/null",
+                            "ulimit -v 600000;");  // of 250 MB, twice
+  EXPECT_EQ(ran.code, 0) << ran.out;
+}
+
 TEST_F(Elevation, WhatIsWrongNamesItsLineAndLeavesNoTable) {
   const std::string out = folder_.file("out.csv");
   const auto code = [&](const std::string& content) {

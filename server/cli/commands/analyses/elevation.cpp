@@ -35,8 +35,8 @@ namespace {
 
 using Ordered = nlohmann::ordered_json;
 
-constexpr std::size_t kAtATime =
-    100'000;  // lines of a table: memory has a bound, whatever its size
+// Of a table: memory has a bound, whatever its size.
+constexpr std::size_t kLinesAtATime = 100'000, kBytesAtATime = 16u << 20;
 
 struct Arguments {
   DemInput dem;
@@ -180,7 +180,6 @@ class Table {
       return wrong(1, std::string("must name the columns ") + csv::kPlaceColumns +
                           ", with commas between them");
     columns_ = *columns;
-    width_ = csv::fields_of(head).size();
     const std::string added = asked_.tiles ? "height_m,coverage,max_error_m" : "height_m,coverage";
     if (const std::string why = csv::why_no_columns(head, added); !why.empty())
       return wrong(1, why);
@@ -188,7 +187,7 @@ class Table {
     for (std::string line; next(line);) {
       if (line.empty()) continue;
       if (auto ok = take(line); !ok) return ok;
-      if (lines_.size() < kAtATime) continue;
+      if (lines_.size() < kLinesAtATime && bytes_ < kBytesAtATime) continue;
       if (auto ok = flush(); !ok) return ok;
     }
     if (in_.bad()) return fail(Errc::io, name() + ": cannot be read on");
@@ -204,9 +203,12 @@ class Table {
   const Take give_;
   std::string text_;  // on its way out
   csv::PlaceColumns columns_;
-  std::size_t width_ = 0;  // of the head line, fields
-  std::vector<std::string> lines_;
-  std::vector<std::size_t> numbers_;
+  struct Line {
+    std::string text;
+    std::size_t number, lacks;  // fields that the head line has
+  };
+  std::vector<Line> lines_;
+  std::size_t bytes_ = 0;  // of these lines, as wide as the head line
   std::vector<Vec2> points_;
   std::size_t number_ = 0, places_ = 0, without_ = 0;
 
@@ -223,39 +225,36 @@ class Table {
 
   Result<void> take(const std::string& line) {
     if (csv::has_open_quote(line)) return wrong(number_, csv::kOpenQuote);
-    const std::vector<std::string> fields = csv::fields_of(line);
-    const auto number = [&](std::size_t column) {
-      return column < fields.size() ? csv::number(fields[column]) : std::nullopt;
-    };
-    const auto x = number(columns_.x), y = number(columns_.y);
-    if (!x || !y) return wrong(number_, "has no two coordinates");
-    auto whole = csv::filled_up(line, fields.size(), width_);
-    if (!whole) return wrong(number_, csv::kTooWide);
-    lines_.push_back(*std::move(whole));
-    numbers_.push_back(number_);
-    points_.push_back({*x, *y});
+    const csv::PlaceFields place = columns_.of(line);
+    if (!place.x || !place.y) return wrong(number_, "has no two coordinates");
+    if (place.count > columns_.count) return wrong(number_, csv::kTooWide);
+    lines_.push_back({line, number_, columns_.count - place.count});
+    bytes_ += line.size() + lines_.back().lacks;
+    points_.push_back({*place.x, *place.y});
     return {};
   }
 
   Result<void> flush() {
     const auto places = to_places(points_, a_.crs, asked_.middle, [this](std::size_t i) {
-      return fmt::format("{}: line {}", name(), numbers_[i]);
+      return fmt::format("{}: line {}", name(), lines_[i].number);
     });
     if (!places) return std::unexpected(places.error());
     const auto found = asked_.heights(a_, *places);
     if (!found) return std::unexpected(found.error());
     for (std::size_t i = 0; i < lines_.size(); ++i) put(lines_[i], (*found)[i]);
     places_ += lines_.size();
-    lines_.clear(), numbers_.clear(), points_.clear();
+    lines_.clear(), points_.clear();
+    bytes_ = 0;
     auto given = give_(text_);
     text_.clear();
     return given;
   }
 
-  void put(const std::string& line, const Found& found) {
+  void put(const Line& line, const Found& found) {
     const bool there = found.height.coverage == Coverage::value;
     without_ += !there;
-    fmt::format_to(std::back_inserter(text_), "{},{},{}", line,
+    (text_ += line.text).append(line.lacks, ',');
+    fmt::format_to(std::back_inserter(text_), ",{},{}",
                    there ? Ordered(found.height.height_m).dump() : "", word(found.height.coverage));
     if (asked_.tiles)
       text_ += "," + (found.max_error_m ? Ordered(*found.max_error_m).dump() : std::string());

@@ -3,6 +3,7 @@
 #include "server/api/crs_name.h"
 #include "server/api/ogc/asked_crs.h"
 #include "server/api/ogc/page.h"
+#include "server/api/ogc/post_grid.h"
 #include "tests/server/api/ogc/ogc_fixture.h"
 
 namespace tind::api {
@@ -209,8 +210,7 @@ TEST(AskedCrs, PostsAreInsideOfTheEarth) {
   facts.box = {-180, 80, 180, 90};
   const ogc::AskedCrs degrees = asked("CRS84", facts);
   const ogc::CrsBox box{-180, 80, 180, 90};
-  const ogc::CrsBox posts =
-      ogc::with_posts_inside(degrees, box, ogc::ground_m(degrees, box), {5000, 5000});
+  const ogc::CrsBox posts = ogc::PostGrid(Vec2{5000, 5000}).around(degrees, box);
   EXPECT_TRUE(degrees.is_on_globe(posts));
   EXPECT_EQ(posts.width(), 360);
   EXPECT_EQ(posts.north, 90);

@@ -99,6 +99,34 @@ TEST_F(Coverages, TheWholeInTheDemsOwnSystemIsItsGrid) {
   }
 }
 
+TEST_F(Coverages, OfDegreesHasItsPostsAllOverTheGlobe) {
+  int number = 0;
+  for (const double first : {-177.5, -180.0, 2.5, -178.5}) {  // longitudes of the first posts
+    const std::string name = "globe" + std::to_string(number++), path = dir_.file(name + ".asc");
+    std::ofstream file(path);
+    file << "ncols 72\nnrows 36\nxllcenter " << first << "\nyllcenter -87.5\ncellsize 5\n";
+    for (int i = 0; i < 72 * 36; ++i) file << i << (i % 72 < 71 ? ' ' : '\n');
+    file.close();
+    DemOptions options;
+    options.crs = "EPSG:4326";
+    ASSERT_TRUE(services::open_dataset(catalog_, {name, {path}}, options, {}));
+    const Json whole = json("/collections/" + name + "/coverage?f=covjson");
+    const Json& x = whole["domain"]["axes"]["x"];
+    ASSERT_EQ(x["num"], 72) << whole["domain"];
+    ASSERT_EQ(whole["domain"]["axes"]["y"]["num"], 36);
+    const double columns = (x["start"].get<double>() - first) / 5;
+    EXPECT_NEAR(columns, std::round(columns), 1e-9) << "a pixel's middle is a post: " << x;
+    const int skipped = (int(std::round(columns)) + 72) % 72;
+    const Json& values = whole["ranges"]["height"]["values"];
+    for (int i = 0; i < 72 * 36; i += 7)
+      ASSERT_NEAR(values[std::size_t(i)].get<double>(), i / 72 * 72 + (i + skipped) % 72, 2e-3)
+          << first << ' ' << i;
+    const Json part = json("/collections/" + name + "/coverage?f=covjson&bbox=0,60,20,80");
+    EXPECT_EQ(part["domain"]["axes"]["x"]["num"], 4) << "not fewer beside a pole";
+    EXPECT_EQ(part["domain"]["axes"]["y"]["num"], 4);
+  }
+}
+
 /// Web maps end before it; a coverage is none.
 TEST_F(Coverages, OfAPoleIsInItsOwnSystemAndInDegrees) {
   std::ofstream file(dir_.file("polar.asc"));
@@ -131,7 +159,8 @@ TEST(CoverageWindow, OfTheWholeGlobeHasEveryColumnOnce) {
   const auto crs = ogc::AskedCrs::make("CRS84", facts);
   ASSERT_TRUE(crs);
   const double degree = 111'319.5;  // at the equator
-  const auto window = ogc::coverage_window({}, *crs, *crs, facts, {degree, degree});
+  const ogc::PostGrid grid(Vec2{degree, degree});
+  const auto window = ogc::coverage_window({}, *crs, *crs, facts, grid, grid);
   ASSERT_TRUE(window);
   EXPECT_EQ(window->box.width(), 360);
   EXPECT_NEAR(window->box.west, -180.5, 0.01) << "the first column is in the middle of its pixels";
