@@ -57,6 +57,9 @@ std::string report(const App& app, bool reasons) {
   if (!reasons && !status.unread.empty())
     out += fmt::format("[-] the heights of {} cannot be made ready (the log says which)\n",
                        so_many(status.unread.size()));
+  if (!reasons && !status.again.empty())
+    out += fmt::format("[-] {} of the catalog cannot be opened just now (the log says which)\n",
+                       so_many(status.again.size()));
   for (const auto& [name, why] : status.unread)
     if (reasons)
       out +=
@@ -66,7 +69,10 @@ std::string report(const App& app, bool reasons) {
       out += fmt::format("[-] dataset {}: its files are not as they were opened{}\n", name,
                          because(why));
   for (const auto& [path, why] : status.aside)
-    if (reasons) out += fmt::format("[.] left alone: {}\n", logging::printable(why));
+    if (reasons)
+      out += status.again.contains(path)
+                 ? fmt::format("[-] left alone: {}; it is tried again\n", logging::printable(why))
+                 : fmt::format("[.] left alone: {}\n", logging::printable(why));
   for (const std::string& path : status.opening)
     if (reasons) out += fmt::format("[.] still being opened: {}\n", logging::printable(path));
   return out;

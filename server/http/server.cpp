@@ -12,6 +12,8 @@
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <cerrno>
+#include <csignal>
+#include <initializer_list>
 #include <optional>
 #include <stop_token>
 #include <thread>
@@ -57,11 +59,12 @@ constexpr std::string_view kFull =
 constexpr const char* kTooMany = "too_many_connections";
 constexpr const char* kTooManyFromOne = "too_many_from_one_address";
 
-/// Without a set that stays, Asio puts the default action back when the server goes: a SIGHUP just
+/// Without a set that stays, Asio puts the default action back when the server goes: a signal just
 /// then would end who is ending by himself, with another code. Reached until the end: no leak.
-void keep_hangups_handled() {
+void keep_handled(std::initializer_list<int> signals) {
   static asio::io_context* const context = new asio::io_context;
-  [[maybe_unused]] static asio::signal_set* const set = new asio::signal_set(*context, SIGHUP);
+  static asio::signal_set* const set = new asio::signal_set(*context);
+  for (const int signal : signals) set->add(signal);  // once, however often
 }
 
 }  // namespace
@@ -127,7 +130,7 @@ Result<void> Server::Impl::open() {
   drain_timer = std::make_unique<asio::steady_timer>(loops[0]->context());
   reserve_fd = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   if (options.handle_signals) {
-    keep_hangups_handled();
+    keep_handled({SIGHUP});
     signals = std::make_unique<asio::signal_set>(loops[0]->context(), SIGTERM, SIGINT, SIGHUP);
   }
   return {};
@@ -370,6 +373,9 @@ std::string Server::url() const {
 }
 
 bool Server::run() {
+  // Not before: a start that fails can be ended by a signal to its end.
+  if (impl_->options.handle_signals && impl_->options.signals_to_the_end)
+    keep_handled({SIGTERM, SIGINT});
   impl_->wait_for_signal();
   impl_->loops[0]->on_tick = [impl = impl_.get()] { impl->tend(); };
   impl_->wait_for_clients();

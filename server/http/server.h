@@ -29,6 +29,9 @@ struct ServerOptions {
   bool access_log = false;
   std::vector<std::string> origins = {"*"};  // whose pages may read answers; "*": all
   bool handle_signals = true;                // SIGTERM and SIGINT stop; a second one at once
+  /// They do nothing more once the server has gone: for a process that ends with it, and may take a
+  /// moment to. Else they then have their default action. (SIGHUP never has.)
+  bool signals_to_the_end = false;
   std::function<bool()> hangup_stops = {};   // asked at SIGHUP; where it does not stop:
   std::function<void()> on_hangup = {};      // called on an I/O thread
   std::chrono::milliseconds drain_delay{0};  // not ready, still accepting: for load balancers

@@ -4,6 +4,7 @@
 #include <atomic>
 
 #include "proto/tile/layer_json.h"
+#include "terrain/base/caught.h"
 #include "terrain/base/parallel.h"
 #include "terrain/geo/availability.h"
 #include "terrain/geo/tile_order.h"
@@ -34,12 +35,13 @@ Expected expected_of(const TileStore& store, std::vector<StoreFault>& faults) {
   const auto layer = layer_of(store);
   if (!layer) {
     const auto record = store.record();
-    const bool under_way = layer.error().code == Errc::not_found && record && *record;
+    const bool under_way = (layer.error().code == Errc::not_found && record && *record) ||
+                           layer.error().code == Errc::busy;
     faults.push_back({StoreFault::In::ledger, "layer.json",
                       under_way ? "is not there yet: the build that it comes with at last has not "
                                   "ended; wait for it, or run the same tind build again"
                                 : layer.error().what,
-                      layer.error().code == Errc::io});
+                      may_pass(layer.error())});
     return expected;
   }
   expected.known = true;

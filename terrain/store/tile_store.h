@@ -57,7 +57,7 @@ class TileStore {
   /// Each read is a request to another machine?
   virtual bool remote() const = 0;
 
-  /// not_found, or io.
+  /// not_found, or io; busy where it may yet come, of a build that runs there.
   virtual Result<std::vector<std::uint8_t>> layer_json() const = 0;
   /// How the tiles were made; nothing where no record, or no sound one, says. io, busy.
   virtual Result<std::optional<BuildRecord>> record() const = 0;
@@ -68,9 +68,9 @@ class TileStore {
 
   /// A tile's bytes, as they are stored: those that were written, where somebody vouches for them.
   /// not_found; io, also where they are others; busy where the store has got tiles of another build
-  /// since it was opened.
+  /// since it was opened, or is about to.
   virtual Result<std::vector<std::uint8_t>> read(TileId) const = 0;
-  /// What lies in the tile's place, sound or not. not_found, or io.
+  /// What lies in the tile's place, sound or not. not_found, or io; busy as read().
   virtual Result<StoredTile> look_at(TileId) const = 0;
   /// How many bytes are stored; nothing where there is no such tile, or reading it alone tells. io,
   /// where it cannot be looked at.

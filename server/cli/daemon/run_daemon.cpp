@@ -97,6 +97,7 @@ http::ServerOptions server_options(const Config& config, bool had_terminal) {
   options.buffer_bytes = std::size_t(config.buffer_mb) << 20;
   options.access_log = config.access_log;
   options.origins = *services::origins_of(config.cors_origins);
+  options.signals_to_the_end = true;  // a second SIGTERM changes no exit code any more
   options.hangup_stops = [had_terminal] { return had_terminal && !has_terminal(); };
   options.drain_delay = milliseconds(config.drain_delay);
   options.grace = milliseconds(config.grace);

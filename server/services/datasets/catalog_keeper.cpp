@@ -10,6 +10,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <csignal>
 #include <exception>
 #include <filesystem>
 #include <iterator>
@@ -33,6 +34,10 @@ using Clock = std::chrono::steady_clock;
 // How long it is waited for entries of the folder to be opened: at the start (a server of files
 // that does not answer holds up nobody else), by a reload.
 constexpr std::chrono::milliseconds kPatienceAtStart{30'000}, kPatienceOfReload{2000};
+
+// What could not be opened for a reason that may pass is tried again, as heights are that could not
+// be read: for ever, after pauses that double.
+constexpr std::chrono::seconds kFirstPause{1}, kLongestPause{300};
 
 /// Two specs with the same key are opened as the same dataset. A folder of rasters and a list stand
 /// for what they hold now.
@@ -63,6 +68,19 @@ bool has_failed(const ServedDataset& dataset) {
   if (!dataset.tiles) return false;
   const Readiness now = dataset.tiles->readiness();
   return now.state == Readiness::State::failed || now.again_in_s;
+}
+
+/// Whether it lies in the files themselves, so that trying again is of no use while they stay as
+/// they are. A decoder's end is Errc::io, whatever it was: only its words tell one that crashed at
+/// a file from one that somebody killed, as the system does when memory runs out.
+bool is_of_the_files(const Error& why) {
+  constexpr Errc kOfFiles[] = {Errc::bad_data, Errc::unsupported, Errc::invalid_argument,
+                               Errc::out_of_range};
+  constexpr int kCrashes[] = {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGSYS};
+  return std::ranges::count(kOfFiles, why.code) > 0 ||
+         std::ranges::any_of(kCrashes, [&](int signal) {
+           return why.what.find(fmt::format(" was ended by signal {} ", signal)) != why.what.npos;
+         });
 }
 
 /// Who has a name: where people find it.
@@ -143,13 +161,27 @@ bool CatalogKeeper::has_name(const std::string& name, const std::string& but_ent
 bool CatalogKeeper::is_hopeless(const FolderEntry& entry) const {
   const auto left = left_.find(entry.path);
   if (left == left_.end() || left->second.state != entry.state) return false;
+  if (left->second.may_pass) return Clock::now() < left->second.again;
   return left->second.name.empty() || has_name(left->second.name, entry.path);
+}
+
+/// What was opened while the folder went away, or came back, may have looked like anything.
+void CatalogKeeper::try_all_again() {
+  for (auto& [entry, left] : left_) left.may_pass = true, left.again = {}, left.pause = {};
 }
 
 Result<void> CatalogKeeper::want_folder(const Config& config, bool tables_rest,
                                         std::vector<Wanted>& wanted) {
   const auto entries = folder_->look(tables_rest);
-  if (!entries) return std::unexpected(entries.error());
+  if (!entries) {
+    lost_ = true;
+    opener_.keep({});  // what comes of these now is of a folder that went away
+    opening_.clear();
+    const std::lock_guard lock(mutex_);
+    status_.opening.clear();
+    return std::unexpected(entries.error());
+  }
+  if (std::exchange(lost_, false)) try_all_again();
   restless_.clear();
   const std::set<std::string> geoids = geoids_of(config, *entries);
   of_tables_ = rasters_of_tables(*entries);
@@ -166,7 +198,8 @@ Result<void> CatalogKeeper::want_folder(const Config& config, bool tables_rest,
     if (!entry.wrong.empty()) {
       // What is wrong may be mended without a change of its files.
       if (entry.rests)
-        leave_aside(entry.path, entry.state + entry.wrong, entry.wrong);
+        leave_aside(entry.path, entry.wrong,
+                    {.state = entry.state + entry.wrong, .may_pass = entry.unread});
       else
         restless_.push_back(entry.path);
       // There is nothing in it any more, unless that is what one cannot see for a while.
@@ -180,7 +213,10 @@ Result<void> CatalogKeeper::want_folder(const Config& config, bool tables_rest,
       if (!entry.rests && !same) restless_.push_back(entry.path);
       if (entry.rests && !same && !hopeless) one.served = nullptr;
       if (entry.rests && !hopeless) {
-        left_.erase(entry.path);
+        // One that is tried again keeps its pause until it can be opened.
+        if (const auto left = left_.find(entry.path);
+            left != left_.end() && (one.served || left->second.state != entry.state))
+          left_.erase(left);
         wanted.push_back(std::move(one));
         continue;
       }
@@ -192,23 +228,47 @@ Result<void> CatalogKeeper::want_folder(const Config& config, bool tables_rest,
     wanted.push_back(std::move(one));
   }
   std::erase_if(left_, [&](const auto& left) { return !there.contains(left.first); });
-  const std::lock_guard lock(mutex_);
-  std::erase_if(status_.aside, [&](const auto& aside) { return !left_.contains(aside.first); });
   return {};
 }
 
-/// Said once for each state of its files.
-void CatalogKeeper::leave_aside(const std::string& entry, const std::string& state,
-                                const std::string& why, const std::string& name) {
-  const auto [left, is_new] = left_.try_emplace(entry, Left{state, name});
-  const bool known = !is_new && left->second.state == state && left->second.name == name;
-  left->second = {state, name};
-  if (of_tables_.contains(entry)) return;  // it is served as a part of that dataset
+/// Said once for each state of its files, however often it is tried again.
+void CatalogKeeper::leave_aside(const std::string& entry, const std::string& why, Left left) {
+  const auto found = left_.find(entry);
+  const bool known =
+      found != left_.end() && found->second.state == left.state && found->second.name == left.name;
+  const Left before = known ? found->second : Left{};
+  if (left.may_pass) {
+    left.pause = std::clamp(2 * before.pause, kFirstPause, kLongestPause);
+    left.again = Clock::now() + left.pause;
+  }
+  const bool in_vain = left.may_pass && before.pause.count() > 0;
+  if (!of_tables_.contains(entry)) {
+    left.said = why;
+    if (!in_vain && left.said != before.said)
+      spdlog::warn("catalog: left alone: {}{}", left.said,
+                   left.may_pass ? "; it is tried again" : "");
+  }
+  left_.insert_or_assign(entry, std::move(left));
+}
+
+void CatalogKeeper::is_open_now(const std::string& entry) {
+  const auto left = left_.find(entry);
+  if (left == left_.end()) return;
+  if (left->second.pause.count() > 0) spdlog::info("catalog: {}: could be opened now", entry);
+  left_.erase(left);
+}
+
+void CatalogKeeper::say_what_is_left() {
+  std::map<std::string, std::string> aside;
+  std::set<std::string> again;
+  for (const auto& [entry, left] : left_) {
+    if (left.said.empty()) continue;
+    aside[entry] = left.said;
+    if (left.may_pass) again.insert(entry);
+  }
   const std::lock_guard lock(mutex_);
-  std::string& said = status_.aside[entry];
-  if (known && said == why) return;
-  spdlog::warn("catalog: left alone: {}", why);
-  said = why;
+  status_.aside = std::move(aside);
+  status_.again = std::move(again);
 }
 
 // --- opening -------------------------------------------------------------------------------------
@@ -352,10 +412,10 @@ CatalogChange CatalogKeeper::put(std::vector<Wanted> wanted) {
     const auto keeper = kept.find(name);
     const bool of_other = keeper != kept.end() && keeper->second != one.entry;
     if (!one.entry.empty() && (taken(name) || of_other)) {
-      leave_aside(one.entry, one.state,
+      leave_aside(one.entry,
                   fmt::format("{}: its name, {}, is that of {}; rename one of them", one.entry,
                               name, taken(name) ? names[name] : keeper->second),
-                  name);
+                  {.state = one.state, .name = name});
       continue;
     }
     const std::string unique = has_own ? name : free_name(name, taken);
@@ -366,10 +426,7 @@ CatalogChange CatalogKeeper::put(std::vector<Wanted> wanted) {
     else if (one.served->name != unique)
       one.served = catalog_.make(unique, Dataset(*one.served));
     one.opened.reset();
-    if (is_new && left_.erase(one.entry) > 0) {
-      const std::lock_guard lock(mutex_);
-      status_.aside.erase(one.entry);
-    }
+    if (is_new) is_open_now(one.entry);
     here.push_back(std::move(one));
     if (is_new) opened.push_back(&here.back());
   }
@@ -397,6 +454,7 @@ CatalogChange CatalogKeeper::put(std::vector<Wanted> wanted) {
   for (const Wanted* one : opened)
     if (settings_.opened) settings_.opened(*one->served, *options_of(config_, one->spec));
   here_ = std::move(here);
+  say_what_is_left();
   const std::lock_guard lock(mutex_);
   for (const std::string& name : change.replaced) status_.unlike.erase(name);
   return change;
@@ -422,11 +480,14 @@ std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::gather(
       reasons.push_back(*one.wrong);
       continue;
     }
-    if (one.wrong) leave_aside(one.entry, one.state, one.wrong->what);
+    if (one.wrong)
+      leave_aside(one.entry, one.wrong->what,
+                  {.state = one.state, .may_pass = !is_of_the_files(*one.wrong)});
     const auto old = std::ranges::find(here_, one.entry, &Wanted::entry);
     if (old == here_.end()) continue;
     one = *old;  // what there was stays
   }
+  say_what_is_left();
   if (!reasons.empty()) return std::unexpected(std::move(reasons));
   std::erase_if(wanted, [](const Wanted& one) { return !one.served && !one.opened; });
   const bool same = std::ranges::equal(wanted, here_, [](const Wanted& a, const Wanted& b) {
@@ -456,7 +517,6 @@ std::expected<CatalogChange, CatalogKeeper::Reasons> CatalogKeeper::load() {
   }
   {
     const std::lock_guard lock(mutex_);
-    if (!folder_) status_.aside.clear();  // of a catalog that there is no more
     change->aside = status_.aside;
     change->waiting.assign(status_.opening.begin(), status_.opening.end());
   }

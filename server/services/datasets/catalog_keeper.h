@@ -82,6 +82,7 @@ class CatalogKeeper {
     std::map<std::string, std::string> unlike;  // datasets whose files have changed, and how
     std::map<std::string, std::string> unread;  // datasets whose heights are not ready, and why
     std::map<std::string, std::string> aside;  // entries of the folder that are not served, and why
+    std::set<std::string> again;               // of these, those that are tried again by themselves
     std::set<std::string> opening;             // entries that take long to open, and go on
   };
   Status status() const;
@@ -120,8 +121,11 @@ class CatalogKeeper {
   void look_at_files();
   void look_at_reading();
   void drop_retired();
-  void leave_aside(const std::string& entry, const std::string& state, const std::string& why,
-                   const std::string& name = {});
+  struct Left;
+  void leave_aside(const std::string& entry, const std::string& why, Left);
+  void try_all_again();
+  void is_open_now(const std::string& entry);
+  void say_what_is_left();
   bool is_hopeless(const FolderEntry&) const;
   bool has_name(const std::string& name, const std::string& but_entry) const;
   Result<DatasetOptions> options_of(const Config&, const DatasetSpec&) const;
@@ -135,12 +139,17 @@ class CatalogKeeper {
   bool loaded_ = false;
   std::vector<Wanted> here_;  // what is served, in its order
   std::shared_ptr<CatalogFolder> folder_;
-  /// An entry that was left aside: until its files change or, where another has its name, that
-  /// goes.
+  /// An entry that was left aside: until its files change; where another has its name, until that
+  /// goes; where the reason may pass, until it is tried again.
   struct Left {
-    std::string state, name;
+    std::string state, name = {};
+    bool may_pass = false;
+    std::chrono::steady_clock::time_point again = {};  // then, after such a pause
+    std::chrono::seconds pause{0};
+    std::string said = {};  // why; empty: it is served as a part of a table's dataset
   };
   std::map<std::string, Left> left_;  // by entry
+  bool lost_ = false;                 // the folder was, at the last look
   struct Opening {
     std::chrono::steady_clock::time_point since;
     bool said = false;  // that it takes long

@@ -30,7 +30,7 @@ Opener::~Opener() {
 
 void Opener::begin(const std::string& key, Open open) {
   const std::lock_guard lock(mutex_);
-  if (!jobs_.try_emplace(key, Job{std::move(open), false, std::nullopt}).second) return;
+  if (!jobs_.try_emplace(key, Job{std::move(open), ++begun_, false, std::nullopt}).second) return;
   queue_.push_back(key);
   changed_.notify_all();
 }
@@ -75,12 +75,13 @@ void Opener::work(const std::stop_token& stop) {
     if (job == jobs_.end() || job->second.begun) continue;
     job->second.begun = true;
     const Open open = job->second.open;
+    const std::uint64_t number = job->second.number;
     lock.unlock();
     auto result = opened(open);
     lock.lock();
     // It may be that nobody wants it any more, or wants it again.
     const auto still = jobs_.find(key);
-    if (still != jobs_.end() && still->second.begun && !still->second.done)
+    if (still != jobs_.end() && still->second.number == number)
       still->second.done = std::move(result);
     changed_.notify_all();
     if (stop.stop_requested()) return;

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
@@ -43,6 +44,7 @@ class Opener {
  private:
   struct Job {
     Open open;
+    std::uint64_t number = 0;  // of all that were begun: a key may be dropped and wanted again
     bool begun = false;
     std::optional<Result<Dataset>> done;
   };
@@ -51,6 +53,7 @@ class Opener {
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::map<std::string, Job> jobs_;
+  std::uint64_t begun_ = 0;
   std::deque<std::string> queue_;  // keys; some may be dropped by now
   std::vector<std::jthread> threads_;
 };

@@ -13,6 +13,8 @@
 #include "terrain/pyramid/plan/plan_source.h"
 #include "terrain/pyramid/plan/tile_version.h"
 #include "terrain/pyramid/residual/residual_index.h"
+#include "terrain/raster/remote/objects.h"
+#include "terrain/store/folder/folder_within.h"
 #include "terrain/store/layer_place.h"
 #include "terrain/store/taken_away.h"
 #include "terrain/surface/surface_blocks.h"
@@ -48,6 +50,9 @@ Result<TilePlan> plan_of_posts(const Surface& surface, const BuildOptions& o,
 Result<UpdateReport> foresee_update(const Surface& surface, const BuildOptions& o,
                                     const Progress& progress) {
   UpdateReport update;
+  if (!remote::is_remote(o.output))
+    if (auto alone = folder::lies_in_no_tile_set(o.output); !alone)
+      return std::unexpected(alone.error());
   const auto outline = TilePlan::make(surface, HeightRange{}, o.tiles);
   if (!outline) return std::unexpected(outline.error());
   const auto read = open_store(o.output)->record();

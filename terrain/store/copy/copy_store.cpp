@@ -20,6 +20,7 @@
 #include "terrain/geo/tile_order.h"
 #include "terrain/raster/remote/objects.h"
 #include "terrain/raster/source_blocks.h"
+#include "terrain/store/folder/folder_within.h"
 #include "terrain/store/layer_place.h"
 #include "terrain/store/object/object_store.h"
 #include "terrain/store/open/open_store.h"
@@ -132,23 +133,6 @@ Result<Ready> fetch(const Source& from, TileId id, bool pack) {
   }
   if (pack) ready.bytes = packed(ready.bytes);
   return ready;
-}
-
-std::unexpected<Error> cannot_look(const std::string& path, const std::error_code& error) {
-  return fail(Errc::io, "cannot look into " + path + ": " + error.message());
-}
-
-/// Or is the same folder. What is copied there would be a part of what is copied.
-Result<bool> lies_within(const std::string& to, const std::string& folder) {
-  const auto type = file_type_of(folder);
-  if (!type) return std::unexpected(type.error());
-  if (*type != fs::file_type::directory) return false;
-  std::error_code error;
-  const auto outer = fs::canonical(folder, error);
-  if (error) return cannot_look(folder, error);
-  const auto inner = fs::weakly_canonical(to, error);
-  if (error) return cannot_look(to, error);
-  return std::ranges::mismatch(inner, outer).in2 == outer.end();
 }
 
 /// Are both one file?
@@ -353,7 +337,7 @@ Result<CopyReport> copy_store(const TileStore& store, const std::string& to, con
   if (!from) return std::unexpected(from.error());
   if (o.threads == 0 && remote::is_remote(to)) from->threads = kRemoteThreads;
   if (!remote::is_remote(to) && !store.remote()) {
-    const auto within = lies_within(to, store.name());
+    const auto within = folder::lies_within(to, store.name());
     if (!within) return std::unexpected(within.error());
     if (*within)
       return fail(Errc::invalid_argument,

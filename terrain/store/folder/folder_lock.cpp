@@ -9,6 +9,7 @@
 #include <ctime>
 #include <utility>
 
+#include "terrain/base/descriptor.h"
 #include "terrain/base/errno_text.h"
 #include "terrain/base/same_file.h"
 #include "terrain/base/whole_io.h"
@@ -58,6 +59,18 @@ std::unexpected<Error> in_the_way(const std::string& path) {
               path + " is in the way and not tind's: choose another directory");
 }
 
+struct flock locked_byte() {
+  struct flock byte {};
+  byte.l_type = F_WRLCK, byte.l_whence = SEEK_SET, byte.l_start = kLockedByte, byte.l_len = 1;
+  return byte;
+}
+
+/// `says`: the line in the lock's file, which comes a moment after the lock.
+std::string is_built(const std::string& folder, const std::string& says) {
+  return folder + " is being built by another tind (" +
+         (says.empty() ? "just begun" : says.substr(kWho.size())) + "): wait for it";
+}
+
 }  // namespace
 
 Result<FolderLock> FolderLock::take(const std::string& folder) {
@@ -71,8 +84,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     if (!regular || !*regular) lock.path_.clear();  // not ours to remove
     if (!regular) return std::unexpected(regular.error());
     if (!*regular) return in_the_way(path);
-    struct flock byte {};
-    byte.l_type = F_WRLCK, byte.l_whence = SEEK_SET, byte.l_start = kLockedByte, byte.l_len = 1;
+    struct flock byte = locked_byte();
     const bool taken = ::fcntl(file, F_OFD_SETLK, &byte) == 0;
     const int code = errno;
     const auto line = read_line(file, path);
@@ -84,9 +96,7 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     if (!taken) {
       lock.path_.clear();
       if (code != EAGAIN && code != EACCES) return lock_failed("lock", path, code);
-      return fail(Errc::busy, folder + " is being built by another tind (" +
-                                  (says.empty() ? "just begun" : says.substr(kWho.size())) +
-                                  "): wait for it, or choose another directory");
+      return fail(Errc::busy, is_built(folder, says) + ", or choose another directory");
     }
     // Whoever had it may have removed the file after it was opened here.
     const auto still = is_still_at(file, path);
@@ -105,6 +115,18 @@ Result<FolderLock> FolderLock::take(const std::string& folder) {
     if (!kept) return std::unexpected(kept.error());
     return lock_failed("write", path, failed);
   }
+}
+
+Result<void> FolderLock::nobody_has(const std::string& folder) {
+  const std::string path = folder + "/" + kName;
+  // It may be a pipe of somebody's, for which nobody waits.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (file.get() < 0 || !is_regular(file.get(), path).value_or(false)) return {};
+  struct flock byte = locked_byte();
+  if (::fcntl(file.get(), F_OFD_GETLK, &byte) != 0 || byte.l_type == F_UNLCK) return {};
+  const auto says = read_line(file.get(), path);
+  if (!says || (!says->empty() && !says->starts_with(kWho))) return {};
+  return fail(Errc::busy, is_built(folder, *says));
 }
 
 FolderLock::FolderLock(FolderLock&& other) noexcept

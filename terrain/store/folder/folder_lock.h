@@ -16,6 +16,9 @@ class FolderLock {
   /// REQUIRES: the folder is there. Errc::busy, with process, host and time, where another has it;
   /// invalid_argument where something else has the name.
   static Result<FolderLock> take(const std::string& folder);
+  /// Nobody has it, or that cannot be told. Errc::busy, with the same, where somebody does, this
+  /// process included: what a build is to put there may come yet.
+  static Result<void> nobody_has(const std::string& folder);
 
   /// Did a build that was killed leave its lock's file here? It is on the disk before anything else
   /// of a build is.

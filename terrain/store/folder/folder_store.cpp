@@ -13,6 +13,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/raster/source_blocks.h"
 #include "terrain/store/folder/folder_contents.h"
+#include "terrain/store/folder/folder_lock.h"
 #include "terrain/store/folder/tile_ledger.h"
 
 namespace tind {
@@ -83,7 +84,7 @@ class FolderStore : public TileStore {
   std::string tile_name(TileId id) const override { return folder::tile_path(base_, id); }
   bool remote() const override { return false; }
 
-  Result<Bytes> layer_json() const override { return read_beside(folder::kLayer); }
+  Result<Bytes> layer_json() const override;
   Result<std::optional<BuildRecord>> record() const override {
     const auto bytes = record_text();
     return bytes ? decode_build_record(text_of(*bytes)) : without_record(bytes.error());
@@ -146,6 +147,7 @@ class FolderStore : public TileStore {
   }
   Result<void> check_same(const InForce& now, const TileLedger& known) const;
   Result<Bytes> look_again(TileId, Result<Bytes> found) const;
+  Result<Bytes> unless_built(Result<Bytes> found) const;
   Result<Bytes> read_beside(const std::string& name) const;
   Result<Bytes> record_text() const;
 };
@@ -155,6 +157,20 @@ Result<Bytes> FolderStore::read_beside(const std::string& name) const {
   if (moving_)
     if (auto bytes = read_stored_file(base_ + folder::kReady + name)) return bytes;
   return read_stored_file(base_ + name);
+}
+
+/// What is not there while somebody builds here may come yet, or has made room for other tiles:
+/// busy.
+Result<Bytes> FolderStore::unless_built(Result<Bytes> found) const {
+  if (found || found.error().code != Errc::not_found) return found;
+  if (auto nobody = FolderLock::nobody_has(base_); !nobody) return std::unexpected(nobody.error());
+  return found;
+}
+
+Result<Bytes> FolderStore::layer_json() const {
+  auto found = unless_built(read_beside(folder::kLayer));
+  if (found || found.error().code != Errc::not_found) return found;
+  return read_beside(folder::kLayer);  // it may have come just before its build ended
 }
 
 /// Fails with busy where the folder has got another record since this was opened.
@@ -190,14 +206,19 @@ Result<Bytes> FolderStore::look_again(TileId id, Result<Bytes> found) const {
     ledger_ = newer;
     return bytes;
   }
-  if (!found) return found;
+  if (!found) {
+    const auto listed = newer->find(id);
+    return listed && *listed ? unless_built(std::move(found)) : found;
+  }
   return fail(Errc::io, path +
                             " is not as the ledger beside it says: damaged, or changed by "
                             "something else than tind build, which makes it again");
 }
 
 Result<StoredTile> FolderStore::look_at(TileId id) const {
-  if (auto sound = read(id)) {
+  auto sound = read(id);
+  if (!sound && sound.error().code == Errc::busy) return std::unexpected(sound.error());
+  if (sound) {
     const auto known = ledger();
     StoredTile tile{std::move(*sound), known ? Vouched::yes : Vouched::by_nobody};
     if (!known) return tile;
@@ -241,6 +262,9 @@ Result<std::optional<StoreListing>> FolderStore::list() const {
     const fs::path relative = it->path().lexically_relative(base_);
     if (("/" + relative.string()).starts_with(folder::kAside) && it->is_directory(none))
       it.disable_recursion_pending();  // an update on the way: no part of the set yet
+    if (!folder::is_level(*relative.begin()) && it->is_directory(none) &&
+        fs::exists(it->path().string() + folder::kLedger, none))
+      it.disable_recursion_pending();  // another set, with tiles of its own
     if (it->path().extension() != folder::kTileSuffix) {
       if (it.depth() > 0 ? it->is_directory(none) || !folder::is_level(*relative.begin())
                          : folder::is_own_name(relative.string(), blocks))

@@ -29,6 +29,7 @@
 #include "terrain/store/folder/folder_aside.h"
 #include "terrain/store/folder/folder_contents.h"
 #include "terrain/store/folder/folder_lock.h"
+#include "terrain/store/folder/folder_within.h"
 #include "terrain/store/folder/product_records.h"
 #include "terrain/store/folder/tile_ledger.h"
 #include "terrain/store/taken_away.h"
@@ -500,6 +501,7 @@ class LockedFolder : public LockedStore {
 
 Result<std::unique_ptr<LockedStore>> lock_folder(const std::string& directory,
                                                  std::shared_ptr<FolderFiles> files) {
+  if (auto alone = lies_in_no_tile_set(directory); !alone) return std::unexpected(alone.error());
   if (!files) files = std::make_shared<FolderFiles>();
   if (auto made = files->make_folder(directory); !made) return std::unexpected(made.error());
   auto lock = FolderLock::take(directory);

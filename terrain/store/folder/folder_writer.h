@@ -16,7 +16,8 @@ namespace tind {
 /// that changed aside, into tind-update/, and moves them in when all are there: until then the old
 /// pyramid can be served.
 ///
-/// Makes the directory if need be, and locks it. `files`: how files are written; null: as ever.
+/// Makes the directory if need be, and locks it; invalid_argument where it would lie in that of
+/// another tile set. `files`: how files are written; null: as ever.
 Result<std::unique_ptr<LockedStore>> lock_folder(const std::string& directory,
                                                  std::shared_ptr<FolderFiles> files = nullptr);
 

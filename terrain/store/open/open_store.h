@@ -25,7 +25,8 @@ bool names_archive(const std::string& location);
 std::unique_ptr<TileStore> open_store(const std::string& location);
 
 /// The store at `location`, made if need be, and locked for a build. Errc::busy where another build
-/// has it. Of a directory or of s3://BUCKET/PREFIX; archives are written as a whole.
+/// has it. Of a directory, which lies in that of no tile set, or of s3://BUCKET/PREFIX; archives
+/// are written as a whole.
 Result<std::unique_ptr<LockedStore>> lock_store(const std::string& location);
 
 /// An archive that is written as a whole, under a name of one (else invalid_argument). busy where

@@ -11,6 +11,7 @@
 #include <random>
 #include <thread>
 
+#include "terrain/raster/sandboxed_pool.h"
 #include "tests/server/api/api_fixture.h"
 #include "tests/support/flat_dem.h"
 
@@ -35,7 +36,7 @@ class ApiReload : public Api {
   }
 
   /// The keeper runs with this configuration.
-  void start(const std::string& toml) {
+  void start(const std::string& toml, std::shared_ptr<SourcePool> pool = SourcePool::make({})) {
     write_config(toml);
     keeper_.emplace(catalog_,
                     services::CatalogKeeper::Settings{
@@ -45,7 +46,7 @@ class ApiReload : public Api {
                                   {.file = file, .environment = {}, .flags = {}, .datasets = {}});
                             },
                         .environment = environment_,
-                        .pool = SourcePool::make({})});
+                        .pool = std::move(pool)});
     const auto loaded = keeper_->load();
     ASSERT_TRUE(loaded) << loaded.error()[0].what;
     app_.keeper = &*keeper_;
@@ -251,6 +252,29 @@ TEST_F(ApiReload, ReadinessSaysWhatBecameOfFilesAndReloads) {
   const std::string metrics = HttpClient(main_port).get("/metrics").body;
   EXPECT_NE(metrics.find("tind_datasets_changed 1\n"), std::string::npos);
   EXPECT_NE(metrics.find("tind_reloads_total{result=\"failed\"} 1\n"), std::string::npos);
+}
+
+TEST_F(ApiReload, ReadinessSaysWhatOfTheCatalogWaitsForAnotherTry) {
+  fs::create_directories(in_folder("all"));
+  test::write_flat_dem(in_folder("all/a.asc"), 1);
+  std::ofstream(in_folder("all/words.asc")) << "no raster";
+  for (const char* name : {"all/a.asc", "all/a.prj", "all/words.asc"})
+    fs::last_write_time(in_folder(name), fs::file_time_type::clock::now() - 1h);
+  // Its decoders are killed as soon as they begin.
+  ASSERT_NO_FATAL_FAILURE(
+      start("catalog = \"" + in_folder("all") + "\"\n",
+            sandboxed_pool({}, {.command = {"/bin/sh", "-c", "kill -KILL $$"}, .nursery = {}})));
+  const http::Router admin = make_admin_router(app_, false);
+  const std::string for_all = get("/readyz?verbose").body;
+  test::RunningServer admin_server(admin);
+  const std::string report = HttpClient(admin_server.port()).get("/readyz?verbose").body;
+  for (const char* name : {"all/a.asc", "all/words.asc"})
+    EXPECT_NE(report.find("[-] left alone: " + in_folder(name)), std::string::npos) << report;
+  EXPECT_NE(for_all.find("[-] 2 datasets of the catalog cannot be opened just now"),
+            std::string::npos)
+      << for_all;
+  EXPECT_EQ(for_all.find("asc"), std::string::npos) << for_all;
+  EXPECT_EQ(get("/readyz").status, 200);
 }
 
 TEST_F(ApiReload, IsForTheOperatorAlone) {

@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "terrain/base/file_io.h"
+#include "terrain/store/folder/folder_lock.h"
 #include "tests/support/program_json.h"
 
 namespace tind {
@@ -248,6 +249,51 @@ TEST_F(Copies, WhereNothingCanBeMadeIsSaidBeforeTheWork) {
     const auto ran = copy(tiles(), "'" + closed + name + "'");
     EXPECT_EQ(ran.code, 73) << ran.out;
   }
+}
+
+TEST_F(Copies, NothingIsMadeInALevelOfATileSet) {
+  ASSERT_EQ(copy(tiles(), file("other")).code, 0);
+  const std::string build = "build " + dem() + " --levels 0-3 -o ", inside = tiles() + "/1/new";
+  const std::string in_it = "cd " + tiles() + ";", in_level = "cd " + tiles() + "/1;";
+  for (const auto& [line, before] : {std::pair{build + tiles() + "/0", std::string()},
+                                     {build + inside, ""},
+                                     {build + inside + " --dry-run", ""},
+                                     {build + "new", in_level},
+                                     {build + inside + " --format 3dtiles", ""},
+                                     {"build " + dem() + " --format terrarium -o " + inside, ""},
+                                     {"build " + dem() + " --format flightgear -o " + inside, ""},
+                                     {"export " + dem() + " --format cdb -o " + inside, ""},
+                                     {"copy " + file("other") + " " + inside, ""},
+                                     {"copy " + tiles() + " " + inside, ""},
+                                     {"copy . new", in_it},
+                                     {"copy . new.pmtiles", in_it}}) {
+    const auto ran = test::run_tind(line, before);
+    EXPECT_EQ(ran.code, 2) << line << "\n" << ran.out;
+    EXPECT_EQ(std::ranges::count(ran.out, '\n'), 1) << line << "\n" << ran.out;
+    EXPECT_FALSE(fs::exists(inside)) << line;
+    EXPECT_FALSE(fs::exists(tiles() + "/new")) << line;
+    EXPECT_FALSE(fs::exists(tiles() + "/new.pmtiles")) << line;
+  }
+  EXPECT_EQ(test::run_tind(build + tiles() + "/beside").code, 0);
+  EXPECT_EQ(test::run_tind("verify " + tiles()).code, 0);
+  // What belongs to the tiles lies in their folder.
+  const auto with_3dtiles =
+      test::run_tind("build " + dem() + " --deepest 11 --format 3dtiles -o " + file("other"));
+  EXPECT_EQ(with_3dtiles.code, 0) << with_3dtiles.out;
+}
+
+TEST_F(Copies, WhatIsBeingBuiltIsCopiedLater) {
+  const std::string at = file("under way"), quoted = "'" + at + "'";
+  ASSERT_EQ(copy(tiles(), quoted).code, 0);
+  fs::remove(at + "/layer.json");
+  {
+    const auto building = FolderLock::take(at);
+    ASSERT_TRUE(building) << building.error().what;
+    const auto early = copy(quoted, file("early"));
+    EXPECT_EQ(early.code, 75) << early.out;
+    EXPECT_THAT(early.out, HasSubstr("is being built by another tind"));
+  }
+  EXPECT_EQ(copy(quoted, file("early")).code, 69);
 }
 
 TEST_F(Copies, BadInputIsOneLine) {

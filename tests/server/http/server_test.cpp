@@ -202,17 +202,36 @@ TEST(HttpServerRun, SaysWhenThereIsNoThreadForALoop) {
 }
 #endif
 
+/// A server was there and is gone, in a process of its own; then there is a signal.
+[[noreturn]] void come_and_go(bool signals_to_the_end, int signal) {
+  const Router router;
+  ServerOptions any_port;
+  any_port.port = 0;
+  any_port.signals_to_the_end = signals_to_the_end;
+  for (int time = 0; time < 2; ++time) {
+    const auto server = Server::listen(router, any_port);
+    if (!server) std::_Exit(8);
+    (*server)->stop();
+    (*server)->run();
+  }
+  std::raise(signal);
+  std::_Exit(7);
+}
+
 /// Whoever is ending by himself (a thread could not be had, say) keeps his own exit code.
 TEST(ServerSignals, AHangupAfterItIsGoneEndsNobody) {
-  const auto come_and_go = [] {
-    const Router router;
-    ServerOptions any_port;
-    any_port.port = 0;
-    if (!Server::listen(router, any_port)) std::_Exit(8);
-    std::raise(SIGHUP);
-    std::_Exit(7);
-  };
-  EXPECT_EXIT(come_and_go(), testing::ExitedWithCode(7), "");
+  EXPECT_EXIT(come_and_go(false, SIGHUP), testing::ExitedWithCode(7), "");
+}
+
+TEST(ServerSignals, OnesToTheEndEndNobodyAfterItIsGone) {
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP})
+    EXPECT_EXIT(come_and_go(true, signal), testing::ExitedWithCode(7), "") << signal;
+}
+
+/// Other tests go on in the process in which a server was.
+TEST(ServerSignals, OthersHaveTheirDefaultActionAfterItIsGone) {
+  for (const int signal : {SIGTERM, SIGINT})
+    EXPECT_EXIT(come_and_go(false, signal), testing::KilledBySignal(signal), "") << signal;
 }
 
 }  // namespace

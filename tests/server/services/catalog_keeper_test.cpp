@@ -14,8 +14,10 @@
 #include <thread>
 
 #include "server/services/datasets/opener.h"
+#include "terrain/raster/sandboxed_pool.h"
 #include "tests/support/flat_dem.h"
 #include "tests/support/geoid_file.h"
+#include "tests/support/program.h"
 #include "tests/support/support.h"
 
 namespace tind::services {
@@ -29,7 +31,17 @@ using testing::IsEmpty;
 
 class Keeper : public testing::Test {
  protected:
-  Keeper() { spdlog::set_level(spdlog::level::off); }
+  explicit Keeper(std::shared_ptr<SourcePool> pool = SourcePool::make({}))
+      : keeper_(catalog_,
+                {.read =
+                     [file = folder_.file("tind.toml")] {
+                       return read_config(
+                           {.file = file, .environment = {}, .flags = {}, .datasets = {}});
+                     },
+                 .environment = test::environment(),
+                 .pool = std::move(pool)}) {
+    spdlog::set_level(spdlog::level::off);
+  }
   ~Keeper() override { spdlog::set_level(spdlog::level::info); }
 
   std::string in_folder(const std::string& name) const { return folder_.file(name); }
@@ -62,14 +74,7 @@ class Keeper : public testing::Test {
 
   test::TempDir folder_;
   Catalog catalog_;
-  CatalogKeeper keeper_{
-      catalog_,
-      {.read =
-           [file = folder_.file("tind.toml")] {
-             return read_config({.file = file, .environment = {}, .flags = {}, .datasets = {}});
-           },
-       .environment = test::environment(),
-       .pool = SourcePool::make({})}};
+  CatalogKeeper keeper_;
   std::string why_;
 };
 
@@ -386,6 +391,109 @@ TEST_F(Keeper, AReloadTakesTablesAsTheyAreAndSaysWhatItLeft) {
   EXPECT_THAT(broken.aside.at(in_folder("all/a.toml")), HasSubstr("bogus"));
   test::write_flat_dem(in_folder("all/young.asc"), 3);
   EXPECT_THAT(load(toml).waiting, testing::Contains(in_folder("all/young.asc")));
+}
+
+/// What a decoder does from its beginning is what this script says just then.
+class Script {
+ protected:
+  Script() { decoders(kReal); }
+  void decoders(const std::string& what) {
+    std::ofstream(place_.file("next")) << what << '\n';
+    fs::rename(place_.file("next"), place_.file("decoder"));
+  }
+  std::shared_ptr<SourcePool> pool() const {
+    return sandboxed_pool({}, {.command = {"/bin/sh", place_.file("decoder")}, .nursery = {}});
+  }
+  const std::string kReal = "exec '" + test::tind_binary() + "' " + kDecoderArgument;
+  const std::string kKilled = "kill -KILL $$", kCrashes = "kill -SEGV $$";
+
+ private:
+  test::TempDir place_;
+};
+
+class KeeperWithDecoders : Script, public Keeper {
+ protected:
+  KeeperWithDecoders() : Keeper(pool()) {
+    fs::create_directories(in_folder("all"));
+    toml_ = "catalog = \"" + in_folder("all") + "\"\n";
+  }
+  using Script::decoders, Script::kReal, Script::kKilled, Script::kCrashes;
+
+  /// Within half a minute.
+  template <class Condition>
+  static bool comes(Condition&& condition) {
+    for (int i = 0; i < 600 && !condition(); ++i) std::this_thread::sleep_for(50ms);
+    return condition();
+  }
+  bool waits(const std::string& entry) const {
+    return keeper_.status().again.contains(in_folder(entry));
+  }
+
+  std::string toml_;
+};
+
+TEST_F(KeeperWithDecoders, WhatMayPassIsTriedAgain) {
+  dem("all/a.asc", 7);
+  decoders(kKilled);
+  EXPECT_THAT(load(toml_).aside, testing::SizeIs(1));
+  EXPECT_THAT(names(), IsEmpty());
+  EXPECT_TRUE(waits("all/a.asc"));
+  const auto why = keeper_.status().aside[in_folder("all/a.asc")];
+  EXPECT_THAT(why, HasSubstr("ended by signal 9"));
+  EXPECT_EQ(why.find("tried again"), std::string::npos) << "that is said by who shows it";
+
+  std::jthread running([this](const std::stop_token& stop) { keeper_.run(stop); });
+  decoders(kReal);
+  ASSERT_TRUE(comes([&] { return catalog_.find("a") != nullptr; }));
+  EXPECT_EQ(height("a"), 7);
+  EXPECT_TRUE(comes([&] { return keeper_.status().aside.empty(); }));
+  EXPECT_THAT(keeper_.status().again, IsEmpty());
+}
+
+TEST_F(KeeperWithDecoders, TheNewContentOfAFileIsTriedAgainAndTheOldOneStaysUntilThen) {
+  dem("all/a.asc", 1);
+  load(toml_);
+  const auto old = catalog_.find("a");
+  ASSERT_TRUE(old);
+  decoders(kKilled);
+  dem("all/a.asc", 2);
+  std::jthread running([this](const std::stop_token& stop) { keeper_.run(stop); });
+  ASSERT_TRUE(comes([&] { return waits("all/a.asc"); }));
+  EXPECT_EQ(catalog_.find("a"), old);
+  decoders(kReal);
+  ASSERT_TRUE(comes([&] { return catalog_.find("a") != old; }));
+  EXPECT_EQ(height("a"), 2);
+}
+
+/// The decoder crashed at it, and would again.
+TEST_F(KeeperWithDecoders, WhatLiesInTheFilesIsNotTriedAgain) {
+  text("all/words.tif", "no raster at all");
+  dem("all/a.asc", 7);
+  load(toml_);
+  EXPECT_THAT(names(), ElementsAre("a"));
+  EXPECT_THAT(keeper_.status().aside, testing::SizeIs(1));
+  EXPECT_THAT(keeper_.status().again, IsEmpty());
+  dem("all/b.asc", 8);
+  decoders(kCrashes);
+  load(toml_);
+  EXPECT_THAT(keeper_.status().aside[in_folder("all/b.asc")], HasSubstr("ended by signal 11"));
+  EXPECT_THAT(keeper_.status().again, IsEmpty());
+}
+
+/// Whatever was found while it went: here a crash, for which nothing would be tried again.
+TEST_F(KeeperWithDecoders, OfAFolderThatIsThereAgainAllIsTriedAgain) {
+  dem("all/a.asc", 7);
+  decoders(kCrashes);
+  load(toml_);
+  ASSERT_THAT(keeper_.status().aside, testing::SizeIs(1));
+  ASSERT_THAT(keeper_.status().again, IsEmpty());
+  std::jthread running([this](const std::stop_token& stop) { keeper_.run(stop); });
+  fs::rename(in_folder("all"), in_folder("away"));
+  ASSERT_TRUE(comes([&] { return keeper_.status().lost.has_value(); }));
+  decoders(kReal);
+  fs::rename(in_folder("away"), in_folder("all"));
+  ASSERT_TRUE(comes([&] { return catalog_.find("a") != nullptr; }));
+  EXPECT_TRUE(comes([&] { return keeper_.status().aside.empty(); }));
 }
 
 TEST_F(Keeper, AGeoidIsNoDataset) {

@@ -393,6 +393,52 @@ TEST_F(FolderStoreTest, ALockThatIsNotOursStays) {
   EXPECT_TRUE(fs::exists(path() + "/tind-lock"));
 }
 
+/// A reader tries again what he would else take for gone.
+TEST_F(FolderStoreTest, WhatABuildMayYetPutThereIsNotTakenForMissing) {
+  write(1, " a");
+  const auto store = open_store(path());
+  fs::remove(path() + "/layer.json");
+  fs::remove(path() + "/1/2/1.terrain");
+  const auto expect = [&](Errc code) {
+    EXPECT_EQ(store->layer_json().error().code, code);
+    EXPECT_EQ(open_store(path())->layer_json().error().code, code);
+    EXPECT_EQ(store->read({1, 2, 1}).error().code, code);
+    EXPECT_EQ(store->look_at({1, 2, 1}).error().code, code);
+    EXPECT_EQ(store->read({1, 0, 0}).error().code, Errc::not_found);  // the ledger lacks it, too
+  };
+  expect(Errc::not_found);
+  {
+    const auto building = lock_store(path());
+    ASSERT_TRUE(building) << building.error().what;
+    expect(Errc::busy);
+    EXPECT_THAT(store->layer_json().error().what,
+                testing::HasSubstr("another tind (process " + std::to_string(::getpid())));
+    EXPECT_EQ(text_of(store->read({0, 1, 0})), "0/1/0 a");
+  }
+  expect(Errc::not_found);
+  // Of a build that was killed: nobody has it.
+  std::ofstream(path() + "/tind-lock") << "tind build: process 1 on elsewhere since 2020\n";
+  expect(Errc::not_found);
+  fs::remove(path() + "/tind-lock");
+  ASSERT_EQ(::mkfifo((path() + "/tind-lock").c_str(), 0600), 0);
+  expect(Errc::not_found);
+}
+
+TEST_F(FolderStoreTest, NoTileSetIsMadeInALevelOfAnother) {
+  write(1, " a");
+  fs::create_directory_symlink(path() + "/0", folder_.file("link"));
+  for (const std::string& within : {path() + "/0", path() + "/0/new", path() + "/7/new/deeper/",
+                                    path() + "/../tiles/0/new", folder_.file("link")}) {
+    const auto locked = lock_store(within);
+    ASSERT_FALSE(locked) << within;
+    EXPECT_EQ(locked.error().code, Errc::invalid_argument) << locked.error().what;
+  }
+  EXPECT_FALSE(fs::exists(path() + "/0/new") || fs::exists(path() + "/7"));
+  EXPECT_FALSE(fs::exists(path() + "/0/tind-lock"));
+  for (const std::string& beside : {path(), path() + "/", path() + "/new", folder_.file("tiles-2")})
+    EXPECT_TRUE(lock_store(beside)) << beside;
+}
+
 TEST(PartialPaths, NoTwoWritersShareOneAndAllAreSweptLater) {
   test::TempDir place;
   const std::string tiles = place.file("tiles");

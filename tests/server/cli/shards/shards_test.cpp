@@ -238,6 +238,16 @@ TEST_F(Shards, APlanSweepsWhatAKilledOneLeft) {
   EXPECT_FALSE(fs::exists(left));
 }
 
+TEST_F(Shards, AreNotMergedInALevelOfAnotherTileSet) {
+  make_plan(2);
+  fs::create_directory(file("t"));
+  std::ofstream(file("t/tind-tiles.ledger")) << "of its tiles";
+  const auto merged = test::run_tind("merge --plan " + plan() + " -o " + file("t/3/new"));
+  EXPECT_EQ(merged.code, 2) << merged.out;
+  EXPECT_THAT(merged.out, HasSubstr("the folder of a tile set"));
+  EXPECT_FALSE(fs::exists(file("t/3/new")));
+}
+
 TEST_F(Shards, StatusIsAskedWhetherAllIsThere) {
   make_plan(2);
   for (const char* shard : {"0", "1"}) ASSERT_EQ(build(shard).code, 0);
