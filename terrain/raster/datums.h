@@ -46,11 +46,12 @@ class DatumSurface {
   double accuracy_m_ = -1;
 };
 
-/// `area`: where it will be asked; `crs_wkt`: what the positions of the heights are in, which may
-/// decide between PROJ's ways (empty: WGS84). Null for the ellipsoid itself. Errors: not_found
-/// names the grid that is missing, where it was looked for and who has it; bad_data for one that is
-/// damaged. The first call for a grid reads it (egm2008-1: 0.5 GB of memory), later ones share it.
-/// REQUIRES: not unknown.
+/// `area`: where it will be asked; `crs_wkt`: what the DEM is in, whose geographic system may
+/// decide between PROJ's ways (empty: WGS84). In whatever units that CRS is, or the datum's where
+/// it is a compound one: the surface is asked by longitude and latitude on WGS84. Null for the
+/// ellipsoid itself. Errors: not_found names the grid that is missing, where it was looked for and
+/// who has it; bad_data for one that is damaged. The first call for a grid reads it (egm2008-1: 0.5
+/// GB of memory), later ones share it. REQUIRES: not unknown.
 Result<std::shared_ptr<const DatumSurface>> datum_surface(const VerticalDatum&, const GeoRect& area,
                                                           const std::string& crs_wkt,
                                                           const Environment&);

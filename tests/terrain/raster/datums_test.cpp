@@ -11,8 +11,11 @@
 #include <cstdlib>
 #include <fstream>
 #include <functional>
+#include <initializer_list>
+#include <iomanip>
 
 #include "terrain/raster/dem_source.h"
+#include "terrain/raster/gdal/crs/proj_datum.h"
 #include "tests/support/geoid_file.h"
 #include "tests/support/support.h"
 
@@ -115,6 +118,22 @@ TEST(DatumNames, AreWhatOutputsSay) {
   // Heights above WGS 72's ellipsoid are 2 to 3 m off WGS84's; above GRS80's they are the same.
   EXPECT_EQ(datum_named("EPSG:4985").error().code, Errc::unsupported);
   EXPECT_EQ(*datum_named("EPSG:4937"), VerticalDatum::ellipsoid);
+}
+
+TEST(DatumNames, OfAProjected3dCrsAreTheEllipsoidInMetres) {
+  const auto known = [](const char* words) {
+    return gdal::vertical_crs(std::string("+proj=") + words + " +type=crs");
+  };
+  const auto metres = known("utm +zone=32 +datum=WGS84 +vunits=m");
+  ASSERT_TRUE(metres) << metres.error().what;
+  EXPECT_TRUE(metres->ellipsoidal);
+  for (const char* other :
+       {"utm +zone=32 +ellps=bessel +vunits=m", "utm +zone=32 +datum=WGS84 +vunits=ft",
+        "longlat +datum=WGS84 +vunits=ft"}) {
+    const auto none = known(other);
+    ASSERT_FALSE(none) << other;
+    EXPECT_EQ(none.error().code, Errc::unsupported) << other;
+  }
 }
 
 TEST_F(Datums, HeightsAboveAnotherEllipsoidAreNotTakenForThoseAboveWgs84s) {
@@ -253,6 +272,174 @@ TEST_F(Datums, AVerticalCrsThroughTheGridThatProjNames) {
   ASSERT_TRUE(feet) << feet.error().what;
   EXPECT_NEAR((*feet)->read(0, 0, 1, 1)->at(0, 0), 304.8006 - 20 - 6.9 + 1.75, 2e-3);
   EXPECT_THAT((*found)->info().datum_way, HasSubstr("us_noaa_g2018u0.tif"));
+}
+
+/// Greatest distance between PROJ's EGM96 by that name, on a DEM in that CRS, and the one that
+/// comes along, over places in France and Germany.
+double from_egm96(const std::string& name, const std::string& crs) {
+  const auto surface = gdal::proj_surface(name, {3, 47, 10, 51}, crs);
+  EXPECT_TRUE(surface) << surface.error().what;
+  const auto egm96 = test::environment()->egm96();
+  if (!surface || !egm96) return HUGE_VAL;
+  double most = 0;
+  for (double lon = 3.1; lon < 10; lon += 0.3)
+    for (double lat = 47.1; lat < 51; lat += 0.3) {
+      const Geographic place{lon, lat};
+      double n = 0;
+      (*surface)->undulations({&place, 1}, {&n, 1});
+      most = std::fmax(most, std::isnan(n) ? HUGE_VAL : std::abs(n - (*egm96)->undulation(place)));
+    }
+  return most;
+}
+
+constexpr double kOfProj_m = 2e-3;  // between the two grids, as docs/dems.md says, and a rounding
+
+/// Easting and northing, grads and degrees from Ferro were taken for degrees from Greenwich.
+TEST_F(Datums, OfACompoundCrsTheHeightsCountAndNotTheUnitsOfItsPlaces) {
+  for (const char* name :
+       {"EPSG:4326+5773", "EPSG:32632+5773", "EPSG:3857+5773", "EPSG:4807+5773", "EPSG:4805+5773",
+        "EPSG:27572+5773", "EPSG:25832+EPSG:5773", "WGS 84 / UTM zone 32N + EGM96 height"})
+    for (const char* crs : {"", "EPSG:4326", "EPSG:32632", "EPSG:4807"})
+      EXPECT_LT(from_egm96(name, crs), kOfProj_m) << name << " on " << crs;
+}
+
+TEST_F(Datums, OfADemThatCountsFromParisAreThoseOfItsPlaces) {
+  for (const char* crs : {"EPSG:4807", "EPSG:27572", "EPSG:4805", "EPSG:2154", "EPSG:4326"})
+    EXPECT_LT(from_egm96("EPSG:5773", crs), kOfProj_m) << crs;
+}
+
+/// 5 x 4 posts of 1000 m; the corner and the step are in units of the CRS.
+std::string write_level_dem(const std::string& path, Vec2 corner, double step) {
+  std::ofstream out(path);
+  out << std::setprecision(12) << "ncols 5\nnrows 4\nxllcenter " << corner.x << "\nyllcenter "
+      << corner.y << "\ncellsize " << step << '\n';
+  for (int i = 0; i < 20; ++i) out << 1000 << (i % 5 == 4 ? '\n' : ' ');
+  return path;
+}
+
+TEST_F(Datums, OfADemAreTheSameByTheCompoundCrsAndItsVerticalPart) {
+  const struct {
+    const char *crs, *datum;
+    Vec2 corner;
+    double step;
+  } cases[] = {{"EPSG:32632", "EPSG:32632+5773", {500000, 5200000}, 30},
+               {"EPSG:3857", "EPSG:3857+5773", {780000, 5980000}, 30},
+               {"EPSG:4807", "EPSG:4807+5773", {2, 50}, 0.01}};
+  options_.environment = test::environment();
+  for (const auto& [crs, datum, corner, step] : cases) {
+    const std::string path = write_level_dem(folder_.file("c.asc"), corner, step);
+    options_.crs = crs;
+    const auto alone = open(path, "EPSG:5773", "ellipsoid"),
+               compound = open(path, datum, "ellipsoid");
+    ASSERT_TRUE(alone) << alone.error().what;
+    ASSERT_TRUE(compound) << compound.error().what;
+    EXPECT_EQ(name((*compound)->info().source_datum), datum);
+    const auto a = (*alone)->read(0, 0, 5, 4), b = (*compound)->read(0, 0, 5, 4);
+    ASSERT_TRUE(a && b) << datum;
+    for (int i = 0; i < 20; ++i)
+      EXPECT_NEAR(a->values()[std::size_t(i)], b->values()[std::size_t(i)], 2 * kOfProj_m) << datum;
+  }
+}
+
+/// UTM zone 32 with heights: `up` is the third axis, e.g. up,LENGTHUNIT["metre",1].
+std::string utm_with_heights(const std::string& datum, const std::string& up) {
+  return R"(PROJCRS["utm",BASEGEOGCRS["b",DATUM[)" + datum +
+         R"(]],CONVERSION["c",METHOD["Transverse Mercator"],)"
+         R"(PARAMETER["Latitude of natural origin",0,ANGLEUNIT["degree",0.0174532925199433]],)"
+         R"(PARAMETER["Longitude of natural origin",9,ANGLEUNIT["degree",0.0174532925199433]],)"
+         R"(PARAMETER["Scale factor at natural origin",0.9996,SCALEUNIT["unity",1]],)"
+         R"(PARAMETER["False easting",500000,LENGTHUNIT["metre",1]],)"
+         R"(PARAMETER["False northing",0,LENGTHUNIT["metre",1]]],CS[Cartesian,3],)"
+         R"(AXIS["e",east,LENGTHUNIT["metre",1]],AXIS["n",north,LENGTHUNIT["metre",1]],)"
+         R"(AXIS["h",)" +
+         up + "]]";
+}
+
+TEST_F(Datums, HeightsOfAProjected3dCrsAreAboveItsEllipsoidInItsUnit) {
+  const std::string path = write_level_dem(folder_.file("e.asc"), {500000, 5200000}, 30);
+  const std::string wgs84 =
+                        R"("World Geodetic System 1984",ELLIPSOID["WGS 84",6378137,298.257223563])",
+                    bessel = R"("CH1903+",ELLIPSOID["Bessel 1841",6377397.155,299.1528128])",
+                    metres = R"(up,LENGTHUNIT["metre",1])",
+                    feet = R"(up,LENGTHUNIT["foot",0.3048])";
+  const auto read = [&](const std::string& crs) {
+    DemOptions options;
+    options.crs = crs;
+    return DemSource::open({&path, 1}, options);
+  };
+  const auto plain = read(utm_with_heights(wgs84, metres));
+  ASSERT_TRUE(plain) << plain.error().what;
+  EXPECT_EQ((*plain)->info().datum, VerticalDatum::ellipsoid);
+  EXPECT_EQ((*plain)->info().crs_kind, CrsKind::projected);
+  EXPECT_EQ((*plain)->read(0, 0, 1, 1)->at(0, 0), 1000);
+  EXPECT_THAT((*plain)->info().crs_wkt, testing::Not(HasSubstr("Cartesian,3")));
+  const auto in_feet = read(utm_with_heights(wgs84, feet));
+  ASSERT_TRUE(in_feet) << in_feet.error().what;
+  EXPECT_EQ((*in_feet)->info().datum, VerticalDatum::ellipsoid);
+  EXPECT_NEAR((*in_feet)->read(0, 0, 1, 1)->at(0, 0), 304.8, 1e-3);
+  const auto other = read(utm_with_heights(bessel, metres));
+  ASSERT_TRUE(other) << other.error().what;
+  EXPECT_EQ((*other)->info().datum, VerticalDatum::unknown);
+  EXPECT_EQ(read(utm_with_heights(wgs84, R"(down,LENGTHUNIT["metre",1])")).error().code,
+            Errc::invalid_argument)
+      << "depths";
+}
+
+/// A GeoTIFF of 2 x 2 posts of 1000 m, 30 m apart, whose keys are codes of a projected CRS and of
+/// what its heights are in.
+std::string write_geotiff(const std::string& path, int projected, int vertical) {
+  const auto two = [](std::string& to, int n) { to += char(n >> 8), to += char(n & 255); };
+  const auto doubles = [](std::initializer_list<double> numbers) {
+    std::string bytes;
+    for (const double number : numbers) put_big(bytes, number);
+    return bytes;
+  };
+  std::string keys;
+  for (const int n :
+       {1, 1, 1, 4, 1024, 0, 1, 1, 1025, 0, 1, 1, 3072, 0, 1, projected, 4096, 0, 1, vertical})
+    two(keys, n);
+  constexpr int kShort = 3, kLong = 4, kDouble = 12, kEntries = 13;
+  std::string head = "MM", behind;
+  two(head, 42), put_big(head, std::int32_t(8)), two(head, kEntries);
+  const auto number = [&](int tag, int type, int value) {
+    two(head, tag), two(head, type), put_big(head, std::int32_t(1));
+    if (type == kLong) return put_big(head, std::int32_t(value));
+    two(head, value), two(head, 0);
+  };
+  const auto put = [&](int tag, int type, int count, const std::string& bytes) {
+    two(head, tag), two(head, type), put_big(head, std::int32_t(count));
+    put_big(head, std::int32_t(8 + 2 + 12 * kEntries + 4 + behind.size()));
+    behind += bytes;
+  };
+  for (int i = 0; i < 4; ++i) put_big(behind, 1000.F);
+  number(256, kShort, 2), number(257, kShort, 2), number(258, kShort, 32);
+  number(259, kShort, 1), number(262, kShort, 1);
+  number(273, kLong, 8 + 2 + 12 * kEntries + 4);  // the posts come first behind
+  number(277, kShort, 1), number(278, kShort, 2), number(279, kLong, 16), number(339, kShort, 3);
+  put(33550, kDouble, 3, doubles({30, 30, 0}));
+  put(33922, kDouble, 6, doubles({0, 0, 0, 500000, 5200000, 0}));
+  put(34735, kShort, 20, keys);
+  put_big(head, std::int32_t(0));
+  std::ofstream(path, std::ios::binary) << head << behind;
+  return path;
+}
+
+TEST_F(Datums, AGeoTiffOfAProjected3dCrsIsAboveTheEllipsoid) {
+  const std::string path = write_geotiff(folder_.file("p.tif"), 32632, 4979);
+  DemOptions options;
+  options.environment = test::environment();
+  const auto plain = DemSource::open({&path, 1}, options);
+  ASSERT_TRUE(plain) << plain.error().what;
+  EXPECT_EQ((*plain)->info().datum, VerticalDatum::ellipsoid);
+  EXPECT_EQ((*plain)->info().crs_name, "WGS 84 / UTM zone 32N");
+  options.to_datum = TargetDatum(VerticalDatum::egm96);
+  const auto below = DemSource::open({&path, 1}, options);
+  ASSERT_TRUE(below) << below.error().what;
+  const auto egm96 = test::environment()->egm96();
+  const Vec2 post{0, 0};
+  Geographic place;
+  (*below)->to_geographic({&post, 1}, {&place, 1});
+  EXPECT_NEAR((*below)->read(0, 0, 1, 1)->at(0, 0), 1000 - (*egm96)->undulation(place), 2e-3);
 }
 
 TEST_F(Datums, APostBeyondTheGridIsAnError) {

@@ -86,6 +86,20 @@ TEST_F(DemPlaces, ASheetInAnotherWorldIsRefusedByItsName) {
   }
 }
 
+TEST_F(DemPlaces, MetresThatAreCalledDegreesAreRefused) {
+  for (const char* const at : {"0, 250, 0, 100, 0, -25",  // around the globe, and again
+                               "5, 0.1, 0, 80, 0, -100",  // far beyond a pole
+                               "0, 0, 50, 0, 60, 0"}) {   // turned by a quarter
+    const auto dem = open({placed("a.vrt", at)});
+    ASSERT_FALSE(dem) << at;
+    EXPECT_EQ(dem.error().code, Errc::bad_data);
+    EXPECT_THAT(dem.error().what, testing::AllOf(HasSubstr("coordinates run from"),
+                                                 HasSubstr("say with --crs which one")));
+  }
+  const auto dem = open({placed("a.vrt", "-180, 130, 0, 90, 0, -60")});  // with columns twice
+  EXPECT_TRUE(dem) << dem.error().what;
+}
+
 TEST_F(DemPlaces, WhatRowsBeyondAPoleHoldIsNothing) {
   // Rows at 100, 90 and 80 degrees.
   const std::string path = placed("a.vrt", "0, 10, 0, 105, 0, -10");

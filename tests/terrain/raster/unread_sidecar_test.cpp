@@ -36,6 +36,16 @@ TEST(UnreadSidecar, SaysWhatIsNotAsItIsRead) {
   EXPECT_EQ(gdal::unread_sidecar(dem, {}), "");
 }
 
+TEST(UnreadSidecar, SaysItsCrsWhereTheRasterHasNone) {
+  const test::TempDir folder;
+  const std::string dem = folder.file("a.tif");
+  std::ofstream(dem + ".aux.xml") << R"(<PAMDataset>
+  <SRS dataAxisToSRSAxisMapping="1,2,3">PROJCRS["WGS 84 / UTM zone 32N",BASEGEOGCRS["WGS 84"]]</SRS>
+</PAMDataset>)";
+  EXPECT_EQ(gdal::unread_sidecar(dem, {}, false), dem + ".aux.xml says CRS WGS 84 / UTM zone 32N");
+  EXPECT_EQ(gdal::unread_sidecar(dem, {}, true), "");
+}
+
 TEST(UnreadSidecar, IsToldWhereADemIsOpened) {
   const test::TempDir folder;
   const std::string dem = folder.file("a.asc");

@@ -83,7 +83,7 @@ VerticalDatum above_own_ellipsoid(const OGRSpatialReference& crs) {
 
 /// By its code where it has one that PROJ knows, else by its name.
 VerticalDatum vertical_datum(const OGRSpatialReference& crs) {
-  if (crs.IsGeographic() && !crs.IsCompound())
+  if (!crs.IsCompound())
     return crs.GetAxesCount() == 3 ? above_own_ellipsoid(crs) : VerticalDatum::unknown;
   const char* datum = crs.GetAttrValue("VERT_CS|VERT_DATUM");
   const char* type = crs.GetAttrValue("VERT_CS|VERT_DATUM", 1);
@@ -98,6 +98,24 @@ VerticalDatum vertical_datum(const OGRSpatialReference& crs) {
   if (!authority || !code) return VerticalDatum::unknown;
   auto named = datum_named(std::string(authority) + ":" + code);
   return named ? std::move(*named) : VerticalDatum(VerticalDatum::unknown);
+}
+
+/// What a vertical part says of heights, or the third axis of a 3D system. In metres such an axis
+/// says nothing: so are heights of which nobody says more.
+void learn_heights(const OGRSpatialReference& crs, CrsFacts& facts) {
+  const bool apart = crs.GetAttrNode("VERT_CS");
+  if (!apart && crs.GetAxesCount() != 3) return;
+  OGRAxisOrientation up = OAO_Up;
+  double unit_m = 1;
+  const char* name = crs.GetAxis(nullptr, 2, &up, &unit_m);
+  facts.downwards = up == OAO_Down;
+  if (apart) {
+    name = crs.GetAttrValue("VERT_CS");
+    facts.vertical_unit_m = crs.GetTargetLinearUnits("VERT_CS");
+  } else if (unit_m != 1) {
+    facts.vertical_unit_m = unit_m;
+  }
+  if (apart || facts.downwards) facts.vertical = name ? name : "unnamed";
 }
 
 /// The best operation from `wkt` to WGS84 at `where`, longitude and easting first on both sides.
@@ -243,14 +261,7 @@ Result<CrsFacts> facts_of(const OGRSpatialReference* given) {
   facts.name = name ? name : "unnamed";
   facts.kind = given->IsProjected() ? CrsKind::projected : CrsKind::geographic;
   facts.datum = vertical_datum(*given);
-  if (given->GetAttrNode("VERT_CS")) {
-    facts.vertical_unit_m = given->GetTargetLinearUnits("VERT_CS");
-    const char* vertical = given->GetAttrValue("VERT_CS");
-    facts.vertical = vertical ? vertical : "unnamed";
-    OGRAxisOrientation up = OAO_Up;
-    given->GetAxis(nullptr, 2, &up);
-    facts.downwards = up == OAO_Down;
-  }
+  learn_heights(*given, facts);
   OGRSpatialReference flat(*given);
   flat.StripVertical();
   flat.DemoteTo2D(nullptr);

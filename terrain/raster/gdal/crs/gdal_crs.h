@@ -26,8 +26,8 @@ struct CrsFacts {
   bool plain_wgs84 = false;  // longitude and latitude, degrees, WGS84, Greenwich
   VerticalDatum datum = VerticalDatum::unknown;
   std::string vertical;        // name of its vertical part; empty where there is none
-  double vertical_unit_m = 0;  // 0 where the CRS has no vertical part
-  bool downwards = false;      // its vertical part counts depths
+  double vertical_unit_m = 0;  // 0 where it has no vertical part, nor a third axis but in metres
+  bool downwards = false;      // its vertical part, or third axis, counts depths
 };
 
 /// Whether this thread can read PROJ's database: without it GDAL describes the CRS of the same file

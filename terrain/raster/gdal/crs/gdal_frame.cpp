@@ -177,6 +177,26 @@ bool Frame::touches_globe(const PostRect& part) const {
   return false;
 }
 
+std::pair<Vec2, Vec2> Frame::coordinates(const PostRect& part) const {
+  Vec2 least = map_.apply(double(part.col), double(part.row)), most = least;
+  for (const std::int64_t col : {part.col, part.last_col})
+    for (const std::int64_t row : {part.row, part.last_row}) {
+      const Vec2 corner = map_.apply(double(col), double(row));
+      least = {std::min(least.x, corner.x), std::min(least.y, corner.y)};
+      most = {std::max(most.x, corner.x), std::max(most.y, corner.y)};
+    }
+  return {least, most};
+}
+
+bool Frame::fits_globe(const PostRect& part) const {
+  if (kind_ != CrsKind::geographic) return true;
+  // Grids of the whole globe have posts on both sides of a pole, and columns twice.
+  const double step = std::abs(map_.y_row) + std::abs(map_.y_col);
+  const double beyond = pole() + std::clamp(2 * step, full_turn_ / 360, full_turn_ / 24);
+  const auto [least, most] = coordinates(part);
+  return least.y >= -beyond && most.y <= beyond && most.x - least.x <= 1.5 * full_turn_;
+}
+
 GeoRect Frame::bounds() const {
   const std::vector<GeoRect> all = extents({0, 0, cols_ - 1, rows_ - 1});
   return all.size() == 1 ? all[0] : GeoRect{-180, all[0].south, 180, all[0].north};

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "terrain/base/result.h"
@@ -36,6 +37,11 @@ class Frame {
 
   /// Whether any of some places all over a part of it is on the globe; without a CRS it is.
   bool touches_globe(const PostRect&) const;
+  /// The least and the greatest coordinates of a part, in units of the CRS.
+  std::pair<Vec2, Vec2> coordinates(const PostRect&) const;
+  /// Whether these can be longitudes and latitudes, where the CRS has such: what reaches far beyond
+  /// a pole, or around the globe and half around again, is metres that are called degrees.
+  bool fits_globe(const PostRect&) const;
   GeoRect bounds() const;
   /// The bounding box of some of the posts: one, or two where it crosses the antimeridian.
   std::vector<GeoRect> extents(const PostRect&) const;

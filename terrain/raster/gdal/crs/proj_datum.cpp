@@ -1,5 +1,7 @@
 // PROJ falls back to "ballpark" ways, which leave heights as they are, where a grid is missing. So
-// the ways are listed without them, and one is taken only when all of its grids are there.
+// the ways are listed without them, and one is taken only when all of its grids are there. A way
+// starts from a system of places and heights, whose numbers for places it is given: so that system
+// has to have degrees from Greenwich, whatever the heights were named with.
 
 #include "terrain/raster/gdal/crs/proj_datum.h"
 
@@ -10,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -97,10 +100,11 @@ std::string text_of(const Grid& grid) {
   return grid.url.empty() ? grid.name : grid.name + " (" + grid.url + ")";
 }
 
-/// PROJ's ways from heights above `crs` to WGS84, best first, those without their grids, too.
-std::unique_ptr<PJ_OBJ_LIST, Destroy> ways_of(PJ_CONTEXT* context, const std::string& source,
+/// PROJ's ways from places and heights in `from` to WGS84, best first, those without their grids,
+/// too.
+std::unique_ptr<PJ_OBJ_LIST, Destroy> ways_of(PJ_CONTEXT* context, const PJ* from,
                                               const GeoRect& area) {
-  const Pj from(proj_create(context, source.c_str())), to(proj_create(context, "EPSG:4979"));
+  const Pj to(proj_create(context, "EPSG:4979"));
   const std::unique_ptr<PJ_OPERATION_FACTORY_CONTEXT, Destroy> choice(
       proj_create_operation_factory_context(context, nullptr));
   if (!from || !to || !choice) return nullptr;
@@ -112,17 +116,59 @@ std::unique_ptr<PJ_OBJ_LIST, Destroy> ways_of(PJ_CONTEXT* context, const std::st
                                                            PROJ_GRID_AVAILABILITY_IGNORED);
   proj_operation_factory_context_set_allow_ballpark_transformations(context, choice.get(), 0);
   return std::unique_ptr<PJ_OBJ_LIST, Destroy>(
-      proj_create_operations(context, from.get(), to.get(), choice.get()));
+      proj_create_operations(context, from, to.get(), choice.get()));
 }
 
-/// The system that positions are in, with the heights' as its vertical part; "EPSG:4326+5703".
-std::string with_positions(const std::string& vertical, const std::string& crs_wkt) {
-  const Operation one;
-  const Pj crs(proj_create(one.context, crs_wkt.empty() ? "EPSG:4326" : crs_wkt.c_str()));
-  const Pj geographic(crs ? proj_crs_get_geodetic_crs(one.context, crs.get()) : nullptr);
-  std::string code = geographic ? code_of(geographic.get()) : std::string();
-  if (!code.starts_with("EPSG:")) code = "EPSG:4326";
-  return code + "+" + vertical.substr(vertical.find(':') + 1);
+/// Does it lead to the north or the east, in degrees?
+bool is_in_degrees(PJ_CONTEXT* context, const PJ* axes, int axis) {
+  const char* to = nullptr;
+  double unit_rad = 0;
+  if (!proj_cs_get_axis_info(context, axes, axis, nullptr, nullptr, &to, &unit_rad, nullptr,
+                             nullptr, nullptr))
+    return false;
+  const std::string_view way = to ? to : "";
+  return std::abs(unit_rad - M_PI / 180) < 1e-12 && (way == "north" || way == "east");
+}
+
+/// Are its places longitudes and latitudes in degrees from Greenwich?
+bool has_degrees_from_greenwich(PJ_CONTEXT* context, const PJ* crs) {
+  if (!crs || proj_get_type(crs) != PJ_TYPE_GEOGRAPHIC_2D_CRS) return false;
+  const Pj meridian(proj_get_prime_meridian(context, crs));
+  const Pj axes(proj_crs_get_coordinate_system(context, crs));
+  double longitude = -1;
+  return meridian && axes &&
+         proj_prime_meridian_get_parameters(context, meridian.get(), &longitude, nullptr,
+                                            nullptr) &&
+         longitude == 0 && is_in_degrees(context, axes.get(), 0) &&
+         is_in_degrees(context, axes.get(), 1);
+}
+
+/// The code of the geographic system that a CRS is based on; empty where its places are others.
+std::string base_of(PJ_CONTEXT* context, const PJ* crs) {
+  const Pj stated(crs ? proj_crs_get_geodetic_crs(context, crs) : nullptr);
+  const std::string code = stated ? code_of(stated.get()) : std::string();
+  const Pj base(code.empty() ? nullptr : proj_create(context, code.c_str()));
+  return has_degrees_from_greenwich(context, base.get()) ? code : std::string();
+}
+
+/// The heights of `named` at places as undulations() gets them. On which system these are based may
+/// decide between PROJ's ways: on that of a compound CRS, else on the DEM's. Where neither has such
+/// places (grads from Paris), they are what they are: WGS84's.
+Pj with_places(PJ_CONTEXT* context, const PJ* named, const std::string& crs_wkt) {
+  const bool compound = proj_get_type(named) == PJ_TYPE_COMPOUND_CRS;
+  if (const Pj own(compound ? proj_crs_get_sub_crs(context, named, 0) : nullptr);
+      has_degrees_from_greenwich(context, own.get()))
+    return Pj(proj_clone(context, named));
+  const Pj heights = vertical_part(context, named);
+  const std::string code = heights ? code_of(heights.get()) : std::string();
+  if (code.empty()) return nullptr;
+  std::string places = compound ? base_of(context, named) : std::string();
+  if (places.empty()) {
+    const Pj dem(crs_wkt.empty() ? nullptr : proj_create(context, crs_wkt.c_str()));
+    places = base_of(context, dem.get());
+    if (!places.starts_with("EPSG:")) places = "EPSG:4326";
+  }
+  return Pj(proj_create(context, (places + "+" + code).c_str()));
 }
 
 Error missing(const VerticalCrs& crs, const std::vector<Grid>& grids) {
@@ -163,46 +209,83 @@ bool is_wgs84_or_grs80(double semi_major_m, double inverse_flattening) {
           std::abs(inverse_flattening - 298.257222101) < 1e-5);
 }
 
+namespace {
+
+/// Has it heights above its own ellipsoid?
+bool is_3d(PJ_CONTEXT* context, const PJ* crs) {
+  const PJ_TYPE type = proj_get_type(crs);
+  if (type != PJ_TYPE_PROJECTED_CRS) return type == PJ_TYPE_GEOGRAPHIC_3D_CRS;
+  const Pj axes(proj_crs_get_coordinate_system(context, crs));
+  return axes && proj_cs_get_axis_count(context, axes.get()) == 3;
+}
+
+/// Metres per unit of the axis that has the heights. `who`: for messages.
+Result<double> unit_upwards(PJ_CONTEXT* context, const PJ* crs, int axis, const std::string& who) {
+  double unit_m = 1;
+  const char* direction = nullptr;
+  const Pj axes(proj_crs_get_coordinate_system(context, crs));
+  if (axes)
+    proj_cs_get_axis_info(context, axes.get(), axis, nullptr, nullptr, &direction, &unit_m, nullptr,
+                          nullptr, nullptr);
+  if (direction && std::string(direction) != "up")
+    return fail(Errc::invalid_argument,
+                who + " counts downwards; say --scale -1 and the height that it belongs to");
+  return unit_m;
+}
+
+/// That heights of a 3D CRS are what `ellipsoid` says: metres above WGS84's.
+Result<void> is_above_wgs84(PJ_CONTEXT* context, const PJ* crs, const std::string& who) {
+  double semi_major = 0, inverse_flattening = 0;
+  const Pj ellipsoid(proj_get_ellipsoid(context, crs));
+  if (ellipsoid)
+    proj_ellipsoid_get_parameters(context, ellipsoid.get(), &semi_major, nullptr, nullptr,
+                                  &inverse_flattening);
+  if (!is_wgs84_or_grs80(semi_major, inverse_flattening))
+    return fail(
+        Errc::unsupported,
+        "heights of " + who + " are above another ellipsoid than WGS84's, and are not converted");
+  const auto unit_m = unit_upwards(context, crs, 2, who);
+  if (!unit_m) return std::unexpected(unit_m.error());
+  if (*unit_m != 1)
+    return fail(Errc::unsupported,
+                fmt::format("heights of {} are above the ellipsoid in units of {:.10g} m; say "
+                            "ellipsoid, and --scale {:.10g} where the DEM does not name its unit",
+                            who, *unit_m, *unit_m));
+  return {};
+}
+
+}  // namespace
+
 Result<VerticalCrs> vertical_crs(const std::string& text) {
   const OperatorNamesGrids operator_names_them;
   const Operation one;
   const Pj crs(proj_create(one.context, text.c_str()));
   if (!crs || !proj_is_crs(crs.get()))
     return fail(Errc::invalid_argument, "PROJ knows no CRS '" + text + "'");
+  const auto name_of = [&](const PJ* of, const std::string& none) {
+    const char* const name = proj_get_name(of);
+    return name ? name : none;
+  };
   VerticalCrs found;
-  const char* name = proj_get_name(crs.get());
-  if (proj_get_type(crs.get()) == PJ_TYPE_GEOGRAPHIC_3D_CRS) {
-    found.name = name ? name : text;
-    double semi_major = 0, inverse_flattening = 0;
-    const Pj ellipsoid(proj_get_ellipsoid(one.context, crs.get()));
-    if (ellipsoid)
-      proj_ellipsoid_get_parameters(one.context, ellipsoid.get(), &semi_major, nullptr, nullptr,
-                                    &inverse_flattening);
-    if (!is_wgs84_or_grs80(semi_major, inverse_flattening))
-      return fail(Errc::unsupported, fmt::format("heights of '{}' ({}) are above another ellipsoid "
-                                                 "than WGS84's, and are not converted",
-                                                 text, found.name));
+  if (is_3d(one.context, crs.get())) {
+    found.name = name_of(crs.get(), text);
+    if (auto ok = is_above_wgs84(one.context, crs.get(), "'" + text + "' (" + found.name + ")");
+        !ok)
+      return std::unexpected(ok.error());
     found.ellipsoidal = true;
     return found;
   }
   const Pj vertical = vertical_part(one.context, crs.get());
   if (!vertical)
     return fail(Errc::invalid_argument,
-                "'" + text + "' (" + (name ? name : "unnamed") + ") says nothing of heights");
-  name = proj_get_name(vertical.get());
-  found.name = name ? name : text;
+                "'" + text + "' (" + name_of(crs.get(), "unnamed") + ") says nothing of heights");
+  found.name = name_of(vertical.get(), text);
   found.text = code_of(crs.get());
   if (found.text.empty()) found.text = text;
-  const Pj axes(proj_crs_get_coordinate_system(one.context, vertical.get()));
-  const char* direction = nullptr;
-  if (axes)
-    proj_cs_get_axis_info(one.context, axes.get(), 0, nullptr, nullptr, &direction, &found.unit_m,
-                          nullptr, nullptr, nullptr);
-  if (direction && std::string(direction) != "up")
-    return fail(Errc::invalid_argument,
-                "'" + text + "' (" + found.name +
-                    ") counts downwards; say --scale -1 and the height that "
-                    "it belongs to");
+  const auto unit_m =
+      unit_upwards(one.context, vertical.get(), 0, "'" + text + "' (" + found.name + ")");
+  if (!unit_m) return std::unexpected(unit_m.error());
+  found.unit_m = *unit_m;
   return found;
 }
 
@@ -214,9 +297,8 @@ Result<std::shared_ptr<const DatumSurface>> surface_of(const std::string& text, 
   if (!crs) return std::unexpected(crs.error());
   auto one = std::make_unique<Operation>();
   const Pj named(proj_create(one->context, crs->text.c_str()));
-  const bool alone = proj_get_type(named.get()) == PJ_TYPE_VERTICAL_CRS;
-  const auto ways =
-      ways_of(one->context, alone ? with_positions(crs->text, crs_wkt) : crs->text, area);
+  const Pj from(named ? with_places(one->context, named.get(), crs_wkt) : nullptr);
+  const auto ways = ways_of(one->context, from.get(), area);
   std::vector<Grid> lacking;
   for (int i = 0; ways && i < proj_list_get_count(ways.get()); ++i) {
     Pj way(proj_list_get(one->context, ways.get(), i));

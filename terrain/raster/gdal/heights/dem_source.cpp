@@ -296,16 +296,25 @@ Result<void> RasterSource::settle_datum(const gdal::FileFacts& facts, const DemO
   return {};
 }
 
-/// Of every file some posts are on the globe.
+/// Of every file some posts are on the globe, and none is far from it.
 Result<void> RasterSource::check_places(const DemOptions& options) const {
+  const Errc code = options.crs.empty() ? Errc::bad_data : Errc::invalid_argument;
+  const auto path = [&](const PostRect& part) { return mosaic_.facts_at(part.col, part.row).path; };
   for (const PostRect& part : info_.covered) {
-    if (frame_.touches_globe(part)) continue;
-    const Vec2 first = info_.post_to_crs.apply(double(part.col), double(part.row));
-    return fail(
-        options.crs.empty() ? Errc::bad_data : Errc::invalid_argument,
-        fmt::format("{}: its coordinates (the first post is at {:.10g}, {:.10g}) lie outside "
-                    "of its CRS, {}; say with --crs which one they are in",
-                    mosaic_.facts_at(part.col, part.row).path, first.x, first.y, info_.crs_name));
+    if (!frame_.touches_globe(part)) {
+      const Vec2 first = info_.post_to_crs.apply(double(part.col), double(part.row));
+      return fail(code,
+                  fmt::format("{}: its coordinates (the first post is at {:.10g}, {:.10g}) lie "
+                              "outside of its CRS, {}; say with --crs which one they are in",
+                              path(part), first.x, first.y, info_.crs_name));
+    }
+    if (frame_.fits_globe(part)) continue;
+    const auto [least, most] = frame_.coordinates(part);
+    return fail(code, fmt::format("{}: its coordinates run from {:.10g}, {:.10g} to {:.10g}, "
+                                  "{:.10g}, which are no longitudes and latitudes as its CRS, {}, "
+                                  "has them; say with --crs which one they are in, or cut "
+                                  "the raster to the globe (gdal_translate -projwin)",
+                                  path(part), least.x, least.y, most.x, most.y, info_.crs_name));
   }
   return {};
 }

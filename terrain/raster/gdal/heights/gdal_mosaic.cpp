@@ -200,7 +200,9 @@ std::vector<std::string> Mosaic::warnings() const {
   std::string unread;
   std::size_t more = 0;
   for (const Part& part : parts_) {
-    std::string said = unread_sidecar(part.file->facts().path, part.file->facts().content);
+    const FileFacts& facts = part.file->facts();
+    const bool lacks_crs = facts.has_geotransform && facts.crs.kind == CrsKind::none;
+    std::string said = unread_sidecar(facts.path, facts.content, !lacks_crs);
     if (said.empty()) continue;
     if (unread.empty())
       unread = std::move(said);
@@ -208,10 +210,10 @@ std::vector<std::string> Mosaic::warnings() const {
       ++more;
   }
   if (!unread.empty())
-    lines.push_back(fmt::format(
-        "{}{}, which is not read: where it is so, say it with --scale, --offset or --nodata, or "
-        "put it into the file (gdal_translate to GeoTIFF)",
-        unread, and_more(more)));
+    lines.push_back(
+        fmt::format("{}{}, which is not read: where it is so, say it with --crs, --scale, --offset "
+                    "or --nodata, or put it into the file (gdal_translate to GeoTIFF)",
+                    unread, and_more(more)));
   return lines;
 }
 

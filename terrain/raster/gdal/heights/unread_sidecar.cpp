@@ -33,11 +33,19 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
+/// The name in a system's WKT, PROJCRS["name",...
+std::string_view name_in(std::string_view wkt) {
+  const std::size_t open = wkt.find('"');
+  if (open == wkt.npos) return {};
+  const std::string_view rest = wkt.substr(open + 1);
+  return rest.substr(0, rest.find('"'));
+}
+
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 }  // namespace
 
-std::string unread_sidecar(const std::string& path, const RasterContent& read) {
+std::string unread_sidecar(const std::string& path, const RasterContent& read, bool has_crs) {
   std::ifstream file(path + ".aux.xml", std::ios::binary);
   if (!file) return {};
   std::string xml(kMostRead, '\0');
@@ -48,6 +56,8 @@ std::string unread_sidecar(const std::string& path, const RasterContent& read) {
     said += (said.empty() ? " says " : ", ") + std::string(what) + " " +
             std::string(text.substr(0, 40));
   };
+  const std::string_view crs = name_in(text_in(xml, "SRS"));
+  if (!has_crs && !crs.empty()) say("CRS", crs);
   const std::string_view unit = text_in(xml, "UnitType");
   const bool metres = unit.empty() || unit == "m" || unit == "metre" || unit == "meter";
   if (!metres && read.unit_m == 1) say("unit", unit);
