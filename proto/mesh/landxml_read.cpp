@@ -85,7 +85,10 @@ class LandXmlReader {
     if (name == "LandXML") is_landxml_ = true;
     if (name == "Metric" || name == "Imperial") units(attributes);
     if (name == "CoordinateSystem") coordinate_system(attributes);
-    if (name == "Surface") number_.clear(), named_.clear();
+    if (name == "Surface") {
+      number_.clear(), named_.clear();
+      surface_ = attribute(attributes, "name");
+    }
     if (name == "Pnts") in_points_ = true;
     if (name == "Faces") in_faces_ = true;
     in_point_ = in_points_ && name == "P";
@@ -128,7 +131,7 @@ class LandXmlReader {
     const std::string_view up = attribute(attributes, "elevationUnit");
     const double metres = metres_per(across);
     if (metres == 0) return reject("a linear unit that LandXML does not have");
-    mesh_.place.unit_m = mesh_.place.z_unit_m = metres;
+    mesh_.place.unit_m = mesh_.place.said_unit_m = mesh_.place.z_unit_m = metres;
     if (up.empty() || (up == "feet" && across == "USSurveyFoot")) return;  // its feet
     mesh_.place.z_unit_m = metres_per(up);
     if (mesh_.place.z_unit_m == 0) reject("an elevation unit that LandXML does not have");
@@ -174,6 +177,7 @@ class LandXmlReader {
   }
 
   void finish_surface() {
+    if (!named_.empty()) mesh_.surfaces.push_back(std::move(surface_));
     for (const auto& ids : named_) {
       std::array<std::uint32_t, 4> q{};
       for (std::size_t i = 0; i < 4; ++i) {
@@ -205,7 +209,7 @@ class LandXmlReader {
   std::unordered_map<std::uint64_t, std::uint32_t, KeyedHash>
       number_;                                       // of the surface that is read
   std::vector<std::array<std::uint64_t, 4>> named_;  // a triangle has its last corner twice
-  std::string text_, why_;
+  std::string text_, why_, surface_;
   std::uint64_t id_ = 0;
   static constexpr int kMostDepth = 1000;
   int depth_ = 0;

@@ -24,6 +24,7 @@ struct MeshPlace {
   std::string crs_wkt = {}, crs_name = {};
   bool geographic = false;  // x, y are degrees, longitude first
   double unit_m = 1;        // metres per unit of x and y, where not geographic
+  double said_unit_m = 0;   // the same by the file's own word beside its CRS; 0: it says none
 
   std::string vertical_datum = {};  // what z is above; empty: this is no terrain
   double z_unit_m = 1;              // metres per unit of z
@@ -59,6 +60,8 @@ struct Mesh {
 
   // OBJ only: what the file names, in order of first use.
   std::vector<std::string> material_libraries, materials;
+  /// LandXML only: the names of the surfaces whose faces these are, in the file's order.
+  std::vector<std::string> surfaces;
 };
 
 // ---- writing ----
@@ -157,7 +160,8 @@ std::string texture_of_obj(const std::string& path, const Mesh&);
 /// ND, E3T and E4Q (two triangles); other cards are read over, E6T, E8Q and E9Q refused.
 Result<Mesh> decode_2dm(std::string_view text);
 
-/// Every Surface with a TIN, as one mesh; faces marked invisible (i="1") are left out.
+/// Every Surface with a TIN, as one mesh, which names them; faces marked invisible (i="1") are left
+/// out.
 Result<Mesh> decode_landxml(std::string_view text);
 
 }  // namespace tind::proto

@@ -35,10 +35,12 @@ struct ContourFile {
 };
 
 /// One layer "contours" of LineStringZ with a field `height_m`, in the DEM's CRS (GeoJSON: in
-/// longitude and latitude, RFC 7946). A line is where the linear interpolation along rows and
-/// columns, and GDAL's between them, has the height: within cells with a void there is none. The
-/// same posts are the same bytes. `posts` are all of the DEM. Fails (invalid_argument) for a range
-/// of heights that makes more than 10,000 levels, and GeoJSON of a DEM without CRS, (cancelled).
+/// longitude and latitude, RFC 7946; MultiLineStringZ where the antimeridian cuts one; beside a
+/// pole with more corners, so that sides stay within a hundredth of a post). A line is where the
+/// linear interpolation along rows and columns, and GDAL's between them, has the height: within
+/// cells with a void there is none, and in GeoJSON beyond the globe. The same posts are the same
+/// bytes. `posts` are all of the DEM. Fails (invalid_argument) for a range of heights that makes
+/// more than 10,000 levels, and GeoJSON of a DEM without CRS, (cancelled).
 Result<ContourFile> encode_contours(ContourFormat, const DemInfo&, const HeightGrid& posts,
                                     const ContourOptions&, const Progress& = {});
 
@@ -51,8 +53,11 @@ struct ContourArea {
 
 /// One layer "bands" of Polygon with the fields `height_m` and `error_m`, in the DEM's CRS; in
 /// GeoJSON in longitude and latitude with 9 decimals, sides that are straight in another CRS with
-/// as many corners as it takes to stay within a millimetre. The same areas are the same bytes.
-/// Fails (invalid_argument) for GeoJSON of a DEM without CRS.
+/// as many corners as it takes to stay within a millimetre at 45 degrees, and a centimetre at the
+/// poles. There the antimeridian cuts areas, into MultiPolygons; one around a pole has the pole's
+/// edge of the map as a side; what is narrower than a millimetre beside a cut is left out. The same
+/// areas are the same bytes. Fails (invalid_argument) for GeoJSON of a DEM without CRS, (bad_data)
+/// of one beyond the globe, and where an area is around both poles or cannot be cut.
 Result<ContourFile> encode_contour_areas(ContourFormat, const DemInfo&,
                                          std::span<const ContourArea>, double error_m);
 

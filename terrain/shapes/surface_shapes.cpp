@@ -8,11 +8,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numeric>
 
 #include "terrain/base/hash.h"
 #include "terrain/base/median.h"
+#include "terrain/raster/gdal/vectors/line_datum.h"
 #include "terrain/raster/raster_content.h"
 #include "terrain/shapes/post_areas.h"
 
@@ -170,9 +172,28 @@ class ShapesBuilder {
     return read;
   }
 
+  /// The DEM whose datum is known, as far as there is one: two known ones are no surface.
+  const DemInfo& info_of_datum() const {
+    const auto known = [](const auto& layer) {
+      return layer->info().datum != VerticalDatum::unknown;
+    };
+    const auto found = std::ranges::find_if(layers_, known);
+    return found == layers_.end() ? info() : (*found)->info();
+  }
+
+  /// What becomes an edge, or level, with its own heights.
+  Result<VectorShapes> read_with_heights(const std::string& path, const char* what) {
+    auto read = this->read(path, what);
+    if (!read || out_.files_.dem_heights) return read;
+    const auto doubts = compare_datums(path, read->stated, info_of_datum());
+    if (!doubts) return std::unexpected(doubts.error());
+    std::ranges::copy(*doubts, std::back_inserter(out_.report_.warnings));
+    return read;
+  }
+
   Result<void> add_polygons(const std::string& path, const char* what,
                             std::vector<GlobePolygon>& into) {
-    auto read = this->read(path, what);
+    auto read = &into == &flatten_ ? read_with_heights(path, what) : this->read(path, what);
     if (!read) return std::unexpected(read.error());
     if (read->polygons.empty())
       return fail(Errc::bad_data, path + ": has lines only; polygons are needed for " + what);
@@ -195,7 +216,7 @@ class ShapesBuilder {
   }
 
   Result<void> add_breaklines(const std::string& path) {
-    auto read = this->read(path, "breaklines");
+    auto read = read_with_heights(path, "breaklines");
     if (!read) return std::unexpected(read.error());
     for (GlobePolygon& polygon : read->polygons)
       for (GlobeLine& ring : polygon.rings) {

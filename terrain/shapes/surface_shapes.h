@@ -44,7 +44,8 @@ class SurfaceShapes {
   /// million every second, fourth, ...), else of that DEM along its outline; polygons that touch or
   /// lie in one another share the lowest of theirs. Levels are heights as the DEMs have them, above
   /// whatever those are above. Fails where a file cannot be read or has no polygon where some are
-  /// needed, (unsupported) without CGAL, where posts cannot be read.
+  /// needed, (invalid_argument) where it says that its heights, which count, are above something
+  /// else, (unsupported) without CGAL, where posts cannot be read.
   static Result<std::shared_ptr<const SurfaceShapes>> make(
       std::span<const std::shared_ptr<const DemSource>> layers, const ShapeFiles&);
 

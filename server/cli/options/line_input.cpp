@@ -69,9 +69,18 @@ struct Heights {
   static constexpr double kFar_m = 20;  // as of polygons of tiles
 };
 
+Result<void> check_datum(const std::string& path, const VectorShapes& shapes, const DemInfo& dem) {
+  const auto doubts = compare_datums(path, shapes.stated, dem);
+  if (!doubts) return std::unexpected(doubts.error());
+  for (const std::string& doubt : *doubts) warn(doubt);
+  return {};
+}
+
 Result<VectorShapes> read_shapes(const std::string& path, const DemSource& dem, Heights heights) {
   auto read = read_vectors(path, dem);
   if (!read) return read;
+  if (!heights.of_dem)
+    if (auto ok = check_datum(path, *read, dem.info()); !ok) return std::unexpected(ok.error());
   for (VectorLine& line : read->lines) heights.take(line);
   for (VectorPolygon& polygon : read->polygons)
     for (VectorLine& ring : polygon.rings) heights.take(ring);

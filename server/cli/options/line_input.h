@@ -32,7 +32,8 @@ void add_shape_options(Command, ShapeFiles&);
 Result<Surface> with_shapes(Surface, const ShapeFiles&);
 
 /// The files' shapes over `posts`, which are all of `dem`, and more breaklines. Says on stderr
-/// which files have only zeros for heights, where the DEM is not at sea level.
+/// which files have only zeros for heights, where the DEM is not at sea level. Fails where a file
+/// says that its heights, which count, are above another datum than the DEM's (compare_datums).
 Result<std::shared_ptr<const Constraints>> read_lines(const LineInput&, const DemSource& dem,
                                                       const Terrain& posts,
                                                       std::vector<VectorLine> more = {});

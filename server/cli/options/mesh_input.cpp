@@ -1,11 +1,14 @@
 #include "server/cli/options/mesh_input.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string_view>
 #include <utility>
 
 #include "proto/mesh/mesh_io.h"
+#include "server/cli/program/exit.h"
 #include "terrain/base/file_io.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/mesh/manifold.h"
@@ -52,13 +55,56 @@ void fill_normals(Tin& tin) {
     if (none(tin.normals[i])) tin.normals[i] = none(own[i]) ? std::array{0.f, 0.f, 1.f} : own[i];
 }
 
+/// At most so much of a name of somebody else's, in UTF-8.
+std::string short_name(const std::string& name) {
+  constexpr std::size_t kMost = 60;
+  if (name.empty()) return "unnamed";
+  if (name.size() <= kMost) return name;
+  std::size_t end = kMost;
+  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) --end;
+  return name.substr(0, end) + "...";
+}
+
+/// One after the other they may be a site; one over the other, a volume counts both.
+void warn_of_surfaces(const std::string& path, const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 4;
+  if (names.size() < 2) return;
+  std::string shown;
+  for (std::size_t i = 0; i < std::min(names.size(), kShown); ++i)
+    shown += (i > 0 ? ", " : "") + short_name(names[i]);
+  if (names.size() > kShown) shown += fmt::format(" and {} more", names.size() - kShown);
+  warn(
+      fmt::format("{}: its {} surfaces ({}) are taken together, as one mesh; if they are not parts "
+                  "of one ground, split the file: one surface each",
+                  path, names.size(), shown));
+}
+
 }  // namespace
 
-Result<PlacedTin> read_placed_tin(const std::string& path) {
+Result<void> check_unit(const std::string& path, const proto::MeshPlace& place,
+                        const std::string& crs_name, double crs_unit_m) {
+  constexpr double kSame = 1e-5;  // the two feet are written for each other
+  const double said_m = place.said_unit_m;
+  // What is local to a point of its CRS is in metres, whatever that counts in.
+  const bool moved = place.local && (place.epsg > 0 || !place.crs_wkt.empty());
+  if (moved || !(said_m > 0) || std::abs(crs_unit_m - said_m) < kSame * said_m) return {};
+  return fail(Errc::invalid_argument,
+              fmt::format("{}: its x and y are in units of {:.6g} m, and {} counts in units of "
+                          "{:.6g} m: say the CRS that they are in (--crs, where a command takes "
+                          "it), or correct in the file what is wrong",
+                          path, said_m, crs_name, crs_unit_m));
+}
+
+Result<PlacedTin> read_placed_tin(const std::string& path, const std::string& crs) {
   auto file = read_mesh(path);
   if (!file) return std::unexpected(file.error());
   auto place = looked_up(std::move(file->place));
   if (!place) return fail(path, place.error());
+  // (LandXML must name a length, also beside degrees.)
+  if (crs.empty() && !place->geographic)
+    if (auto ok = check_unit(path, *place, place->crs_name, place->unit_m); !ok)
+      return std::unexpected(ok.error());
+  warn_of_surfaces(path, file->surfaces);
   std::string texture = std::move(file->texture);
   const std::size_t materials = file->materials.size();
   Tin tin = from_file_mesh(std::move(*file));
@@ -89,8 +135,8 @@ Result<Tin> read_surface(const std::string& path) {
   return std::move(read->tin);
 }
 
-Result<PlacedTerrain> read_terrain_tin(const std::string& path) {
-  auto read = read_placed_tin(path);
+Result<PlacedTerrain> read_terrain_tin(const std::string& path, const std::string& crs) {
+  auto read = read_placed_tin(path, crs);
   if (!read) return std::unexpected(read.error());
   const bool attributed = has_attributes(read->tin);
   auto tin = as_terrain(std::move(read->tin));

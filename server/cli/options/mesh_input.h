@@ -29,8 +29,16 @@ struct PlacedTin {
   std::string texture = {};  // as the file names it; empty: it has none
   std::size_t materials = 0;
 };
-/// Fails (bad_data) with the file's name, also where a coordinate is not a number.
-Result<PlacedTin> read_placed_tin(const std::string& path);
+/// Fails (bad_data) with the file's name, also where a coordinate is not a number; and as
+/// check_unit() does of the file's own CRS, unless `crs` is said in its place. Warns where several
+/// surfaces are one mesh here.
+Result<PlacedTin> read_placed_tin(const std::string& path, const std::string& crs = {});
+
+/// A file that says the unit of its x and y, against the CRS that they are in, its own or one that
+/// somebody says: one of the two is wrong where they differ, and answers by the ratio of the units
+/// or its square. Fails (invalid_argument) with the file's name. REQUIRES: no degrees.
+Result<void> check_unit(const std::string& path, const proto::MeshPlace&,
+                        const std::string& crs_name, double crs_unit_m);
 
 /// Whether a mesh is a surface in space, whose distances and normals mean something: fails
 /// (unsupported) with the file's name where x and y are degrees and z is a length.
@@ -45,8 +53,8 @@ struct PlacedTerrain {
   proto::MeshPlace place;
   bool had_attributes = false;  // colours, normals, texture coordinates
 };
-/// Fails also where it is no terrain, with the file's name and the place.
-Result<PlacedTerrain> read_terrain_tin(const std::string& path);
+/// Fails as read_placed_tin() does, and where it is no terrain, with the file's name and the place.
+Result<PlacedTerrain> read_terrain_tin(const std::string& path, const std::string& crs = {});
 
 /// The shape of a surface alone: no attributes, vertices that only they kept apart welded, unused
 /// ones gone.

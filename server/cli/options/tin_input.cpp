@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "server/cli/options/mesh_input.h"
@@ -42,37 +41,20 @@ std::unexpected<Error> posts_missing(const std::string& path, const std::string&
 /// A TIN where its file says that it is, and what is known of that.
 struct Placed {
   Tin tin;
-  double z_unit_m = 1;
+  proto::MeshPlace place;
   std::string crs;
   VerticalDatum datum;
-  double said_unit_m = 0;  // of x and y, where the file says another than metres, and no CRS
 };
 
 Placed placed(PlacedTerrain read, bool crs_said) {
-  const proto::MeshPlace& place = read.place;
-  Placed out{std::move(read.terrain.tin), place.z_unit_m, {}, {}};
+  Placed out{std::move(read.terrain.tin), std::move(read.place), {}, {}};
+  const proto::MeshPlace& place = out.place;
   out.crs = place.epsg > 0 ? fmt::format("EPSG:{}", place.epsg) : place.crs_wkt;
   if (const auto datum = datum_named(place.vertical_datum)) out.datum = *datum;
   if (place.local && !out.crs.empty()) out.tin = in_crs(std::move(out.tin), place);
   if (out.crs.empty() && !crs_said)  // lengths are all that x and y can be
     for (Vec3& v : out.tin.vertices) v.x *= place.unit_m, v.y *= place.unit_m;
-  if (out.crs.empty() && place.unit_m != 1) out.said_unit_m = place.unit_m;
   return out;
-}
-
-/// A file that says its unit and no CRS, against the CRS that somebody says for it: one of the two
-/// is wrong, and the answer by the ratio of the units or its square.
-Result<void> check_unit(const Placed& p, const std::string& path, const DemInfo& info) {
-  constexpr double kSame = 1e-5;  // the two feet are written for each other
-  // LandXML must name a length, also beside degrees.
-  if (!(p.said_unit_m > 0) || info.crs_kind == CrsKind::geographic ||
-      std::abs(info.crs_unit_m - p.said_unit_m) < kSame * p.said_unit_m)
-    return {};
-  return fail(Errc::invalid_argument,
-              fmt::format("{}: its x and y are in units of {:.6g} m, and {} counts in units of "
-                          "{:.6g} m: say the CRS that they are in (--crs), or write the file anew "
-                          "in that unit",
-                          path, p.said_unit_m, info.crs_name, info.crs_unit_m));
 }
 
 /// Metres per unit of x, y and z, by what the CRS is.
@@ -88,19 +70,20 @@ Result<Vec3> units(const Placed& p, const std::string& path, const DemOptions& o
                               {.crs = options.crs});
   if (!corners) return std::unexpected(corners.error());
   const DemInfo& info = (*corners)->info();
-  if (!options.crs.empty())
-    if (auto ok = check_unit(p, path, info); !ok) return std::unexpected(ok.error());
-  if (info.crs_kind != CrsKind::geographic)
-    return Vec3{info.crs_unit_m, info.crs_unit_m, p.z_unit_m};
+  const double z_unit_m = p.place.z_unit_m;
+  if (!options.crs.empty() && info.crs_kind == CrsKind::projected)
+    if (auto ok = check_unit(path, p.place, info.crs_name, info.crs_unit_m); !ok)
+      return std::unexpected(ok.error());
+  if (info.crs_kind != CrsKind::geographic) return Vec3{info.crs_unit_m, info.crs_unit_m, z_unit_m};
   const double middle = (info.bounds.south + info.bounds.north) / 2;
   const Vec2 degree = wgs84::metres_per_degree(std::clamp(middle, -89.0, 89.0));
-  return Vec3{degree.x, degree.y, p.z_unit_m};
+  return Vec3{degree.x, degree.y, z_unit_m};
 }
 
 Result<Placed> read_placed(const DemInput& input, const DemOptions& options, Vec3& unit_m) {
   if (auto ok = check_options(input); !ok) return std::unexpected(ok.error());
   const std::string& path = input.files[0];
-  auto read = read_terrain_tin(path);
+  auto read = read_terrain_tin(path, options.crs);
   if (!read) return std::unexpected(read.error());
   Placed tin = placed(std::move(*read), !options.crs.empty());
   const auto found = units(tin, path, options);

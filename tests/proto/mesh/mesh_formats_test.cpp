@@ -187,6 +187,7 @@ TEST(MeshFormats, LandXmlOfOtherMakersInFeetWithPrefixesAndQuads) {
   EXPECT_EQ(m.positions.size(), 4u);
   EXPECT_EQ(m.place.epsg, 2994);
   EXPECT_DOUBLE_EQ(m.place.unit_m, 1200.0 / 3937);
+  EXPECT_EQ(m.place.said_unit_m, m.place.unit_m);
   EXPECT_DOUBLE_EQ(m.place.z_unit_m, 1200.0 / 3937);
   const auto wrong = [&](std::string from, const std::string& to) {
     std::string changed = text;
@@ -211,6 +212,7 @@ TEST(MeshFormats, LandXmlOfOtherMakers) {
   EXPECT_EQ(m.positions[1], (std::array<double, 3>{11, 20, 2}));
   EXPECT_THAT(m.triangles, ElementsAre(Triangle{0, 1, 2}, Triangle{0, 1, 2}, Triangle{3, 4, 5},
                                        Triangle{3, 4, 5}));
+  EXPECT_EQ(m.place.said_unit_m, 0) << "it says none";
   for (const auto& [text, why] : std::initializer_list<std::pair<std::string, const char*>>{
            {"", "LandXML"},
            {"<gml/>", "not LandXML"},
@@ -223,6 +225,21 @@ TEST(MeshFormats, LandXmlOfOtherMakers) {
             "point 8"},
            {"<!DOCTYPE a [<!ENTITY e SYSTEM \"/etc/passwd\">]><LandXML>&e;</LandXML>", "LandXML"}})
     EXPECT_THAT(decode_landxml(text).error().what, HasSubstr(why)) << text;
+}
+
+TEST(MeshFormats, LandXmlNamesTheSurfacesThatItsFacesAreOf) {
+  const auto surface = [](const std::string& name, const std::string& faces) {
+    return "<Surface name=\"" + name +
+           "\"><Definition><Pnts><P id=\"1\">0 0 1</P><P id=\"2\">0 1 1</P><P id=\"3\">1 0 1</P>"
+           "</Pnts><Faces>" +
+           faces + "</Faces></Definition></Surface>";
+  };
+  const std::string seen = "<F>1 2 3</F>", hidden = "<F i=\"1\">1 2 3</F>";
+  const Mesh m =
+      must(decode_landxml("<LandXML>" + surface("EG", seen) + surface("points", "") +
+                          surface("FG", seen + seen) + surface("hidden", hidden) + "</LandXML>"));
+  EXPECT_THAT(m.surfaces, ElementsAre("EG", "FG"));
+  EXPECT_EQ(m.triangles.size(), 3u);
 }
 
 TEST(MeshTable, ANameOrAnExtensionSaysTheFormat) {

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -107,6 +108,69 @@ TEST(Contours, OfTilesAreAboveWhatTheTilesAre) {
   const auto other = run_tind(asked + " --to-datum egm96");
   EXPECT_EQ(other.code, 2) << other.out;
   EXPECT_EQ(run_tind(asked + " --to-datum ellipsoid").code, 0);
+}
+
+/// A hill of 400 m, whose top is 2.2 km from the north pole, in metres of EPSG:3413.
+std::string hill_at_the_pole(const test::TempDir& dir) {
+  const std::string path = dir.file("hill.asc");
+  std::ofstream out(path);
+  out << "ncols 61\nnrows 61\nxllcenter -28000\nyllcenter -29000\ncellsize 1000\n";
+  for (int row = 0; row < 61; ++row)
+    for (int col = 0; col < 61; ++col)
+      out << 400 - 10 * std::hypot(col - 30, row - 30) << (col < 60 ? ' ' : '\n');
+  return path;
+}
+
+/// Each line and each ring of a file, with its feature's height.
+template <class Look>
+void for_each_chain(const json& file, Look look) {
+  for (const json& feature : file["features"]) {
+    const std::string type = feature["geometry"]["type"];
+    const json& parts = feature["geometry"]["coordinates"];
+    const double height = feature["properties"]["height_m"];
+    if (type == "LineString")
+      look(parts, height);
+    else if (type != "MultiPolygon")
+      for (const json& part : parts) look(part, height);
+    else
+      for (const json& polygon : parts)
+        for (const json& ring : polygon) look(ring, height);
+  }
+}
+
+TEST(Contours, AroundAPoleStayOnTheMap) {
+  const test::TempDir dir;
+  const std::string lines = dir.file("lines.geojson"), bands = dir.file("bands.geojson");
+  const std::string start =
+      "contours " + hill_at_the_pole(dir) + " --crs EPSG:3413 --levels 250,376 --json -o ";
+  EXPECT_EQ(tind_json(start + lines)["lines"], 2);
+  EXPECT_EQ(tind_json(start + bands + " --as-band --max-error 5")["areas"], 2);
+  const json drawn = file(lines), areas = file(bands);
+  for (const json& made : {drawn, areas}) {
+    std::size_t ends = 0;
+    for_each_chain(made, [&](const json& chain, double) {
+      for (std::size_t i = 0; i < chain.size(); ++i) {
+        const double lon = chain[i][0];
+        ends += std::abs(lon) == 180;
+        EXPECT_LE(std::abs(lon), 180);
+        if (i > 0) {
+          EXPECT_LE(std::abs(lon - chain[i - 1][0].get<double>()), 180);
+        }
+      }
+    });
+    EXPECT_GE(ends, 4u);
+  }
+  for_each_chain(drawn, [&](const json& line, double height) {
+    for (const json& p : line) {
+      EXPECT_EQ(p[2], height);
+      if (std::abs(p[0].get<double>()) == 180) continue;
+      bool inside = false;
+      for_each_chain(areas, [&](const json& ring, double of) {
+        if (of == height) inside = inside != is_in_ring(ring, p[0], p[1]);
+      });
+      EXPECT_TRUE(inside) << p;
+    }
+  });
 }
 
 TEST(Contours, WhatNobodyCanDrawIsSaidInOneLine) {

@@ -3,10 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "terrain/base/file_io.h"
 #include "terrain/mesh/constrained_delaunay.h"
+#include "terrain/raster/vector_file.h"
 #include "terrain/simplify/methods.h"
 #include "tests/support/program_json.h"
 #include "tests/support/support.h"
@@ -153,6 +157,93 @@ TEST_F(LineOptions, ZerosForHeightsAreToldAndCanBeIgnored) {
   EXPECT_NE(some.out.find("Shapefile"), std::string::npos) << some.out;
   EXPECT_GT(nlohmann::json::parse(own.answer)["max_error_m"], 300);
   EXPECT_LT(nlohmann::json::parse(dem.answer)["max_error_m"], 300);
+}
+
+/// 30 x 30 posts of 10 m in UTM zone 33, and lines of one height over them.
+class LineDatums : public LineOptions {
+ protected:
+  void SetUp() override {
+    if (!has_constrained_delaunay()) GTEST_SKIP() << "built without CGAL";
+    std::ofstream grid(dir_.file("g.asc"));
+    grid << "ncols 30\nnrows 30\nxllcenter 500000\nyllcenter 5000000\ncellsize 10\n";
+    for (int i = 0; i < 900; ++i) grid << 100 + i % 30 << ((i + 1) % 30 ? " " : "\n");
+  }
+
+  std::string line_in(const std::string& crs) {
+    std::ofstream(dir_.file("line.geojson"))
+        << R"({"type":"FeatureCollection","crs":{"type":"name","properties":{"name":")" << crs
+        << R"("}},"features":[{"type":"Feature","properties":{},"geometry":{"type":"LineString",)"
+        << R"("coordinates":[[500055,5000052,300],[500200,5000210,300]]}}]})";
+    return " --breaklines " + dir_.file("line.geojson");
+  }
+  /// A triangle at 300 m in a GeoPackage.
+  std::string lake_in(const std::string& crs) {
+    const std::array<std::array<double, 3>, 3> corners{
+        {{15.0008, 45.1541, 300}, {15.0024, 45.1541, 300}, {15.0016, 45.1552, 300}}};
+    const std::array<std::array<std::uint32_t, 3>, 1> all{{{0, 1, 2}}};
+    const auto bytes = encode_triangles(VectorFormat::geopackage, {corners, all, crs, ""});
+    EXPECT_TRUE(bytes) << bytes.error().what;
+    EXPECT_TRUE(write_whole_file(dir_.file("lake.gpkg"), bytes.value_or("")));
+    return " --flatten " + dir_.file("lake.gpkg");
+  }
+  Ran simplify(const std::string& more) {
+    return run_tind("simplify " + dir_.file("g.asc") + " --crs EPSG:32633 --max-error 1 -o " +
+                    dir_.file("a.ply") + " --progress none" + more);
+  }
+  void expect_refused(const std::string& more, const std::string& why) {
+    const Ran ran = simplify(more);
+    EXPECT_EQ(ran.code, 2) << ran.out;
+    EXPECT_NE(ran.out.find(why), std::string::npos) << ran.out;
+    EXPECT_EQ(std::count(ran.out.begin(), ran.out.end(), '\n'), 1) << ran.out;
+  }
+  void expect_taken(const std::string& more) {
+    const Ran ran = simplify(more);
+    EXPECT_EQ(ran.code, 0) << ran.out;
+    EXPECT_EQ(ran.out.find("warning"), std::string::npos) << ran.out;
+  }
+};
+
+TEST_F(LineDatums, OfAnotherDatumThanTheDemAreRefused) {
+  const std::string egm96 = " --from-datum egm96", to_ellipsoid = egm96 + " --to-datum ellipsoid";
+  const std::string line = line_in("EPSG:32633+5773");
+  expect_taken(egm96 + line);
+  expect_refused(to_ellipsoid + line,
+                 "line.geojson: says that its heights are above 'EGM96 height', and those of the "
+                 "DEM, once converted, are above ellipsoid");
+  expect_taken(to_ellipsoid + line + " --line-heights dem");
+  expect_refused(egm96 + lake_in("EPSG:4937"),
+                 "lake.gpkg: says that its heights are above ellipsoid, and those of the DEM are "
+                 "above egm96");
+  expect_taken(egm96 + " --boundary " + dir_.file("lake.gpkg"));  // whose heights do not count
+  expect_taken(to_ellipsoid + " --flatten " + dir_.file("lake.gpkg"));
+  expect_taken(egm96 + lake_in("EPSG:4326"));
+  // What GDAL makes of GeoJSON says this, and who wrote that did not.
+  const Ran unsaid = simplify(egm96 + lake_in("EPSG:4979"));
+  EXPECT_EQ(unsaid.code, 0) << unsaid.out;
+  EXPECT_NE(unsaid.out.find("by EPSG:4979, which ogr2ogr makes of any GeoJSON"), std::string::npos)
+      << unsaid.out;
+  // Above another ellipsoid than WGS84's.
+  const Ran bessel = simplify(egm96 + lake_in("EPSG:9267"));
+  EXPECT_EQ(bessel.code, 0) << bessel.out;
+  EXPECT_NE(bessel.out.find("above 'the ellipsoid of MGI'"), std::string::npos) << bessel.out;
+}
+
+TEST_F(LineDatums, OfTheSameInAnotherUnitAreConverted) {
+  const auto made = [&](const std::string& crs) {
+    expect_taken(" --from-datum EPSG:5703" + line_in(crs));
+    return test::tind_json("info " + dir_.file("a.ply") + " --json");
+  };
+  EXPECT_NEAR(made("EPSG:32633+5703")["high"][2].get<double>(), 300, 1e-3);
+  EXPECT_NEAR(made("EPSG:32633+6360")["low"][2].get<double>(), 300 * 1200. / 3937, 1e-3);
+}
+
+TEST_F(LineDatums, AreDoubtedWhereTheDemHasNone) {
+  const Ran ran = simplify(line_in("EPSG:32633+5773"));
+  EXPECT_EQ(ran.code, 0) << ran.out;
+  EXPECT_NE(ran.out.find("line.geojson are above 'EGM96 height', and of"), std::string::npos);
+  EXPECT_NE(ran.out.find("nobody says above what"), std::string::npos) << ran.out;
+  expect_taken(line_in("EPSG:32633"));
+  expect_refused(line_in("EPSG:32633+5715"), "counts downwards");
 }
 
 }  // namespace

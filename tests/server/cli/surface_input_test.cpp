@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 
+#include "terrain/mesh/constrained_delaunay.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
 
@@ -76,6 +77,36 @@ TEST(SurfaceInput, ACheckWithOtherOptionsThanTheBuildsSaysWhich) {
   const Ran update = run_tind("build " + layers + " --blend 2500 -o " + tiles + quiet);
   EXPECT_EQ(update.code, 0) << update.out;
   EXPECT_THAT(update.out, AllOf(HasSubstr("blend"), Not(HasSubstr("gone, or on another grid"))));
+}
+
+TEST(SurfaceInput, ALakeAboveAnotherDatumThanTheTilesIsRefused) {
+  if (!has_constrained_delaunay()) GTEST_SKIP() << "built without CGAL";
+  const test::TempDir dir;
+  const std::string lake = dir.file("lake.geojson");
+  std::ofstream(lake)
+      << R"({"type":"FeatureCollection","crs":{"type":"name","properties":{"name":)"
+      << R"("EPSG:4326+5773"}},"features":[{"type":"Feature","properties":{},"geometry":{"type":)"
+      << R"("Polygon","coordinates":[[[7.1,46.1,700],[7.2,46.1,700],[7.2,46.2,700],[7.1,46.1,700]]]}}]})";
+  const std::string tiles = dir.file("tiles");
+  const std::string build = "build " + slope(dir, "base", 40, 0.01) +
+                            " --from-datum egm96 --levels 0-9 --progress none -o " + tiles +
+                            " --flatten " + lake;
+  const Ran above_ellipsoid = run_tind(build);
+  EXPECT_EQ(above_ellipsoid.code, 2);
+  EXPECT_THAT(above_ellipsoid.out,
+              HasSubstr("lake.geojson: says that its heights are above 'EGM96 height', and those "
+                        "of the DEM, once converted, are above ellipsoid"));
+  const Ran of_dem = run_tind(build + " --line-heights dem");
+  EXPECT_EQ(of_dem.code, 0) << of_dem.out;
+  const Ran above_egm96 = run_tind(build + " --to-datum egm96 --force");
+  EXPECT_EQ(above_egm96.code, 0) << above_egm96.out;
+  EXPECT_THAT(run_tind("elevation --tiles " + tiles + " --level 9 --at 7.18,46.12").out,
+              HasSubstr("700.000 m above egm96"));
+  // Where the DEM's is unknown.
+  EXPECT_THAT(run_tind("build " + dir.file("base.asc") + " --dry-run --levels 0-6 -o none" +
+                       " --progress none --flatten " + lake)
+                  .out,
+              HasSubstr("lake.geojson are above 'EGM96 height', and of"));
 }
 
 }  // namespace

@@ -237,12 +237,15 @@ TEST(TinAnalyses, AMeshIsAsFarFromItsDemAsSimplifySays) {
   }
 }
 
-/// A LandXML of 100 x 100 units, 10 high.
-std::string landxml(const TempDir& dir, const std::string& name, const std::string& units) {
+/// A LandXML of 100 x 100 units, 10 high. `epsg`: 0 for none.
+std::string landxml(const TempDir& dir, const std::string& name, const std::string& units,
+                    int epsg = 0) {
   const std::string path = dir.file(name);
   std::ofstream(path) << R"(<LandXML xmlns="http://www.landxml.org/schema/LandXML-1.2"><Units>)"
-                      << units
-                      << R"(</Units><Surfaces><Surface name="s"><Definition surfType="TIN"><Pnts>)"
+                      << units << "</Units>"
+                      << (epsg > 0 ? "<CoordinateSystem epsgCode=\"" + std::to_string(epsg) + "\"/>"
+                                   : std::string())
+                      << R"(<Surfaces><Surface name="s"><Definition surfType="TIN"><Pnts>)"
                          R"(<P id="1">5000000 500000 10</P><P id="2">5000000 500100 10</P>)"
                          R"(<P id="3">5000100 500100 10</P><P id="4">5000100 500000 10</P></Pnts>)"
                          R"(<Faces><F>1 2 3</F><F>1 3 4</F></Faces></Definition></Surface>)"
@@ -267,6 +270,62 @@ TEST(TinAnalyses, FeetAreNotTakenForTheMetresOfACrs) {
   }
   const Ran degrees = run_tind("volume " + feet + " --height 0 --crs EPSG:4326 --posts 0.5");
   EXPECT_THAT(degrees.out, Not(HasSubstr("its x and y are in units")));
+}
+
+constexpr int kInUsFeet = 2227, kInMetres = 26943;  // NAD83 / California zone 3
+
+TEST(TinAnalyses, AUnitThatIsNotThatOfTheFilesOwnCrsIsRefused) {
+  const TempDir dir;
+  const std::string dem = testdata("crater.tif"), line = " --line \"6,7 8,9\"";
+  const std::string out = " --progress none -o " + dir.file("o.ply");
+  for (const auto& [unit, epsg] : {std::pair(R"(<Imperial linearUnit="USSurveyFoot"/>)", kInMetres),
+                                   std::pair(R"(<Metric linearUnit="meter"/>)", kInUsFeet),
+                                   std::pair(R"(<Metric linearUnit="millimeter"/>)", kInUsFeet)}) {
+    const std::string tin = landxml(dir, "bad.xml", unit, epsg);
+    for (const std::string& command :
+         {"volume " + tin + " --height 0", "volume " + tin + " --height 0 --posts 5",
+          "profile " + tin + line, "elevation " + tin + " --at 6,7",
+          "slope " + tin + " --posts 5 -o " + dir.file("o.tif"), "info " + tin,
+          "simplify " + tin + " --terrain --ratio 1" + out, "simplify " + tin + " --ratio 1" + out,
+          "measure " + tin + " " + dem, "measure " + plane(dir) + " " + tin + " --terrain",
+          "compare " + tin + " --methods qem --at 50%", "progressive " + tin + out + ".tpm"}) {
+      const Ran ran = run_tind(command);
+      EXPECT_EQ(ran.code, 2) << command << "\n" << ran.out;
+      EXPECT_THAT(ran.out, HasSubstr("bad.xml: its x and y are in units of")) << command;
+      EXPECT_EQ(std::ranges::count(ran.out, '\n'), 1) << command << "\n" << ran.out;
+    }
+  }
+  // Whoever says another CRS says which of the two is wrong.
+  const std::string feet =
+      landxml(dir, "feet.xml", R"(<Imperial linearUnit="USSurveyFoot"/>)", kInMetres);
+  const double us_foot = 1200. / 3937;
+  EXPECT_NEAR(tind_json("volume " + feet + " --height 0 --json --crs EPSG:2227")["area_m2"],
+              10000 * us_foot * us_foot, 0.01);
+}
+
+TEST(TinAnalyses, AUnitIsHeldAgainstTheCrsThatCounts) {
+  const TempDir dir;
+  const double us_foot = 1200. / 3937;
+  for (const char* unit : {"USSurveyFoot", "foot"}) {  // written for each other
+    const std::string tin =
+        landxml(dir, "feet.xml", std::string("<Imperial linearUnit=\"") + unit + "\"/>", kInUsFeet);
+    EXPECT_NEAR(tind_json("volume " + tin + " --height 0 --json")["area_m2"],
+                10000 * us_foot * us_foot, 0.01);
+    const Ran ran = run_tind("volume " + tin + " --height 0 --crs EPSG:26943");
+    EXPECT_EQ(ran.code, 2) << ran.out;
+    EXPECT_THAT(ran.out, HasSubstr("feet.xml: its x and y are in units of"));
+  }
+  const std::string metres = landxml(dir, "m.xml", R"(<Metric linearUnit="meter"/>)", kInMetres);
+  EXPECT_NEAR(tind_json("volume " + metres + " --height 0 --json")["area_m2"], 10000, 1e-3);
+  // Metres from a point of a CRS in feet, as --frame metric writes them, are metres.
+  std::ofstream(dir.file("local.xml"))
+      << R"(<LandXML><Units><Metric linearUnit="meter"/></Units><CoordinateSystem desc="origin crs: )"
+      << R"(EPSG:2227; origin: 6500000 2000000; metres to crs: 3.28083333 0 0 3.28083333"/>)"
+      << R"(<Surfaces><Surface><Definition><Pnts><P id="1">0 0 1</P><P id="2">0 9 1</P>)"
+      << R"(<P id="3">9 0 1</P></Pnts><Faces><F>1 2 3</F></Faces></Definition></Surface>)"
+      << "</Surfaces></LandXML>";
+  EXPECT_NEAR(tind_json("volume " + dir.file("local.xml") + " --height 0 --json")["area_m2"], 40.5,
+              1e-3);
 }
 
 TEST(TinAnalyses, SayInOneLineWhatCannotBe) {

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "terrain/mesh/mesh_file.h"
 #include "tests/support/program_json.h"
@@ -21,6 +23,7 @@ using test::TempDir;
 using test::testdata;
 using test::tind_json;
 using testing::HasSubstr;
+using testing::Not;
 
 /// A TIN of some thousand triangles of testdata/NAME, in the DEM's own CRS.
 std::string tin_of(const TempDir& dir, const std::string& name, const std::string& file) {
@@ -82,6 +85,45 @@ TEST(MeshCommands, ACodeOfACrsIsACrsForFormatsThatTakeNoCode) {
   ASSERT_EQ(ran.code, 0) << ran.out;
   EXPECT_THAT(ran.answer, HasSubstr("UTM zone 10N"));
   EXPECT_THAT(run_tind("info " + dir.file("a.gpkg")).out, HasSubstr("UTM zone 10N"));
+}
+
+/// Two triangles a surface of LandXML, each a hundred metres beside the one before.
+std::string surfaces(const TempDir& dir, const std::vector<std::string>& names) {
+  const std::string path = dir.file("s.xml");
+  std::ofstream out(path);
+  out << R"(<LandXML><Units><Metric linearUnit="meter"/></Units><Surfaces>)";
+  int x = 0;
+  for (const std::string& name : names) {
+    out << "<Surface name=\"" << name << R"("><Definition surfType="TIN"><Pnts>)";
+    out << "<P id=\"1\">0 " << x << " 1</P><P id=\"2\">0 " << x + 50 << " 1</P><P id=\"3\">50 " << x
+        << " 1</P><P id=\"4\">50 " << x + 50 << " 2</P></Pnts>"
+        << "<Faces><F>1 2 3</F><F>2 4 3</F></Faces></Definition></Surface>";
+    x += 100;
+  }
+  out << "</Surfaces></LandXML>";
+  return path;
+}
+
+TEST(MeshCommands, SurfacesThatBecomeOneMeshAreTold) {
+  const TempDir dir;
+  const std::string told = "its 2 surfaces (EG, FG) are taken together, as one mesh";
+  std::string path = surfaces(dir, {"EG", "FG"});
+  const std::string out = " --progress none -o " + dir.file("o.ply");
+  for (const std::string& command :
+       {"info " + path, "volume " + path + " --height 0",
+        "simplify " + path + " --terrain --ratio 1" + out, "simplify " + path + " --ratio 1" + out,
+        "slope " + path + " --posts 10 -o " + dir.file("o.asc")}) {
+    const Ran ran = run_tind(command);
+    EXPECT_EQ(ran.code, 0) << command << "\n" << ran.out;
+    EXPECT_THAT(ran.out, HasSubstr("warning: " + path + ": " + told)) << command;
+  }
+  const std::string odd(100, 'x');
+  path = surfaces(dir, {odd, "", "c", "d", "e", "f"});
+  EXPECT_THAT(run_tind("info " + path).out,
+              HasSubstr("its 6 surfaces (" + std::string(60, 'x') +
+                        "..., unnamed, c, d and 2 more) are taken together"));
+  path = surfaces(dir, {"EG"});
+  EXPECT_THAT(run_tind("info " + path).out, Not(HasSubstr("warning")));
 }
 
 TEST(TinCommands, WhatSimplifyStatesIsWhatMeasureFinds) {

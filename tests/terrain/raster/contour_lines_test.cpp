@@ -4,7 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <vector>
 
 #include "tests/support/made_up_source.h"
 #include "tests/support/support.h"
@@ -114,6 +118,212 @@ TEST(ContourAreas, AreInTheDemsCrsWithTheirHeightAndError) {
     EXPECT_TRUE(encode_contour_areas(format, info, std::span(&area, 1), 2.5));
   info.crs_kind = CrsKind::none;
   EXPECT_FALSE(encode_contour_areas(ContourFormat::geojson, info, std::span(&area, 1), 2.5));
+}
+
+/// 41 x 41 posts in a projected CRS, around a place of it, where the globe is cut or ends.
+struct Place {
+  const char* crs;
+  double x, y, spacing;
+};
+constexpr Place kCut[] = {{"EPSG:32760", 820'900, 8'208'000, 100},  // the antimeridian, Fiji
+                          {"EPSG:3995", 0, 780'000, 1000},          // beside the north pole
+                          {"EPSG:3413", 0, 0, 1000},                // the poles are posts
+                          {"EPSG:3031", 0, 0, 1000},
+                          {"EPSG:3413", 500, -500, 1000}};  // between posts
+
+class Projected {
+ public:
+  /// Heights are a function of the metres from the middle.
+  Projected(const Place& place, const std::function<double(double, double)>& height) {
+    const std::string path = folder_.file("dem.asc");
+    std::ofstream out(path);
+    out.precision(17);
+    out << "ncols 41\nnrows 41\nxllcenter " << place.x - 20 * place.spacing << "\nyllcenter "
+        << place.y - 20 * place.spacing << "\ncellsize " << place.spacing << "\n";
+    for (int r = 0; r < 41; ++r)
+      for (int c = 0; c < 41; ++c)
+        out << height((c - 20) * place.spacing, (20 - r) * place.spacing) << (c < 40 ? ' ' : '\n');
+    out.close();
+    DemOptions options;
+    options.crs = place.crs;
+    auto opened = DemSource::open({&path, 1}, options);
+    if (!opened) throw std::runtime_error(opened.error().what);
+    dem_ = *opened;
+  }
+
+  const DemSource& dem() const { return *dem_; }
+  nlohmann::json lines(const ContourOptions& options) const {
+    const auto made =
+        encode_contours(ContourFormat::geojson, dem_->info(), *dem_->read(0, 0, 41, 41), options);
+    EXPECT_TRUE(made) << made.error().what;
+    return made ? nlohmann::json::parse(made->bytes) : nlohmann::json();
+  }
+  nlohmann::json area(const std::vector<std::vector<Vec2>>& rings) const {
+    const ContourArea area{50, rings};
+    const auto made = encode_contour_areas(ContourFormat::geojson, dem_->info(), {&area, 1}, 1);
+    EXPECT_TRUE(made) << made.error().what;
+    return made ? nlohmann::json::parse(made->bytes)["features"][0]["geometry"] : nlohmann::json();
+  }
+  Geographic place(Vec2 post) const {
+    Geographic at;
+    dem_->to_geographic({&post, 1}, {&at, 1});
+    return at;
+  }
+  Vec2 post(Geographic place) const {
+    Vec2 at;
+    dem_->to_post({&place, 1}, {&at, 1});
+    return at;
+  }
+
+ private:
+  test::TempDir folder_;
+  std::shared_ptr<const DemSource> dem_;
+};
+
+using Chain = std::vector<std::vector<double>>;
+
+/// The lines and rings of a geometry.
+void chains_of(const nlohmann::json& coordinates, std::vector<Chain>& out) {
+  if (coordinates[0][0].is_number())
+    out.push_back(coordinates.get<Chain>());
+  else
+    for (const auto& part : coordinates) chains_of(part, out);
+}
+std::vector<Chain> chains_of(const nlohmann::json& geometry) {
+  std::vector<Chain> all;
+  if (!geometry.is_null()) chains_of(geometry["coordinates"], all);
+  return all;
+}
+
+/// On one map of the world, from which nothing juts out and around which nothing goes.
+void expect_on_the_map(const Chain& chain) {
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    EXPECT_LE(std::abs(chain[i][0]), 180);
+    EXPECT_LE(std::abs(chain[i][1]), 90);
+    if (i > 0) {
+      EXPECT_LE(std::abs(chain[i][0] - chain[i - 1][0]), 180);
+    }
+  }
+}
+
+bool is_in(const std::vector<Chain>& rings, double x, double y) {
+  bool inside = false;
+  for (const Chain& ring : rings)
+    for (std::size_t i = 1; i < ring.size(); ++i) {
+      const double xi = ring[i][0], yi = ring[i][1], xj = ring[i - 1][0], yj = ring[i - 1][1];
+      if ((yi > y) != (yj > y) && x < (xj - xi) * (y - yi) / (yj - yi) + xi) inside = !inside;
+    }
+  return inside;
+}
+bool is_in(const std::vector<std::vector<Vec2>>& rings, Vec2 post) {
+  std::vector<Chain> chains;
+  for (const auto& ring : rings) {
+    Chain& chain = chains.emplace_back();
+    for (const Vec2& p : ring) chain.push_back({p.x, p.y});
+    chain.push_back(chain.front());
+  }
+  return is_in(chains, post.x, post.y);
+}
+
+TEST(ContourLines, AreCutAtTheAntimeridianWithTheirHeights) {
+  for (const Place& place : kCut) {
+    SCOPED_TRACE(place.crs);
+    const double s = place.spacing;
+    const Projected dem(place, [&](double x, double y) {
+      return 500 + 100 * std::sin(x / (3 * s)) + 100 * std::cos(y / (4 * s)) + y / s;
+    });
+    std::size_t cut = 0;
+    const auto json = dem.lines({.interval_m = 25});
+    for (const auto& feature : json["features"]) {
+      const auto parts = chains_of(feature["geometry"]);
+      cut += parts.size() > 1;
+      for (const Chain& part : parts) {
+        expect_on_the_map(part);
+        for (const auto& p : part) EXPECT_EQ(p[2], feature["properties"]["height_m"]);
+      }
+      for (std::size_t i = 1; i < parts.size(); ++i) {
+        EXPECT_EQ(parts[i - 1].back()[0], -parts[i].front()[0]);
+        EXPECT_EQ(parts[i - 1].back()[1], parts[i].front()[1]);
+        EXPECT_EQ(std::abs(parts[i].front()[0]), 180);
+      }
+    }
+    EXPECT_GT(cut, 3u);
+  }
+}
+
+TEST(ContourLines, BesideAPoleAreWhereTheyAreInTheirCrs) {
+  for (const Place& place : kCut) {
+    if (place.y > 1000) continue;
+    SCOPED_TRACE(place.crs);
+    const Projected dem(place, [](double x, double y) { return (x + 0.7 * y) / 100; });
+    const auto json = dem.lines({.interval_m = 2});
+    EXPECT_GT(json["features"].size(), 100u);
+    for (const auto& feature : json["features"])
+      for (const Chain& part : chains_of(feature["geometry"]))
+        for (std::size_t i = 1; i < part.size(); ++i)
+          for (const double t : {0.0, 0.3, 0.5, 1.0}) {
+            const auto at = [&](int k) {
+              return part[i - 1][k] + t * (part[i][k] - part[i - 1][k]);
+            };
+            const Vec2 post = dem.post({at(0), at(1)});
+            if (std::abs(post.x - 20) > 19 || std::abs(post.y - 20) > 19) continue;
+            EXPECT_NEAR(10 * (post.x - 20) + 7 * (20 - post.y), at(2), 0.2);
+          }
+  }
+}
+
+TEST(ContourLines, OfPostsOnThePolesEndThere) {
+  HeightGrid grid(73, 37);
+  for (int r = 0; r < 37; ++r)
+    for (int c = 0; c < 73; ++c) grid.at(c, r) = float(std::abs(c - 36));
+  const auto json = lines_of(MadeUpSource(grid, {-180, 90}, 5), {.levels = {10}});
+  ASSERT_EQ(json["features"].size(), 2u);
+  for (const auto& feature : json["features"]) {
+    double south = 90, north = -90;
+    for (const Chain& part : chains_of(feature["geometry"])) {
+      expect_on_the_map(part);
+      for (const auto& p : part) south = std::min(south, p[1]), north = std::max(north, p[1]);
+    }
+    EXPECT_EQ(south, -90);
+    EXPECT_EQ(north, 90);
+  }
+}
+
+TEST(ContourAreas, AreCutAtTheAntimeridianAndEndAtThePoles) {
+  const auto square = [](double from, double to) {
+    return std::vector<Vec2>{{from, from}, {from, to}, {to, to}, {to, from}};
+  };
+  const std::vector<std::vector<std::vector<Vec2>>> areas = {
+      {square(5, 35)},
+      {square(5, 35), square(15, 24)},                 // with a hole across, or around the pole
+      {square(5, 35), square(8, 12), square(25, 30)},  // with holes beside it
+      {square(5, 20)},                                 // with a corner on it
+      {{{5, 5}, {5, 35}, {20, 35}, {20, 5}}},          // with a side through it
+      {{{2, 2}, {2, 38}, {38, 38}, {38, 2}, {35, 2}, {35, 35}, {5, 35}, {5, 2}}}};
+  for (const Place& place : kCut) {
+    const Projected dem(place, [](double, double) { return 0; });
+    for (std::size_t k = 0; k < areas.size(); ++k) {
+      SCOPED_TRACE(std::string(place.crs) + ", area " + std::to_string(k));
+      const auto geometry = dem.area(areas[k]);
+      const auto rings = chains_of(geometry);
+      for (const Chain& ring : rings) expect_on_the_map(ring);
+      std::size_t wrong = 0;
+      for (double row = 0.43; row < 40; row += 0.71)
+        for (double col = 0.41; col < 40; col += 0.71) {
+          const Geographic at = dem.place({col, row});
+          wrong += is_in(rings, at.lon, at.lat) != is_in(areas[k], {col, row});
+        }
+      EXPECT_EQ(wrong, 0u);
+    }
+  }
+}
+
+TEST(ContourAreas, AroundBothPolesAreRefused) {
+  const Projected dem({"+proj=laea +lat_0=0 +lon_0=180", 0, 0, 480'000},
+                      [](double, double) { return 0; });
+  const ContourArea area{50, {{{5, 0}, {5, 40}, {35, 40}, {35, 0}}}};
+  EXPECT_FALSE(encode_contour_areas(ContourFormat::geojson, dem.dem().info(), {&area, 1}, 1));
+  EXPECT_TRUE(encode_contour_areas(ContourFormat::geopackage, dem.dem().info(), {&area, 1}, 1));
 }
 
 TEST(ContourLines, RefuseWhatMakesNoSense) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "terrain/base/lower_extension.h"
@@ -16,6 +17,7 @@
 #include "terrain/raster/gdal/fixed_date.h"
 #include "terrain/raster/gdal/gdal_setup.h"
 #include "terrain/raster/gdal/memory_file.h"
+#include "terrain/raster/gdal/vectors/geojson_shapes.h"
 
 namespace tind {
 namespace {
@@ -87,6 +89,36 @@ OGRLayer* make_layer(GDALDataset& file, OGRSpatialReference crs, ContourFormat f
   return layer;
 }
 
+/// Takes features in the DEM's CRS, and hands them on to a layer of GeoJSON as that has them: left
+/// to GDAL's driver, a height at the antimeridian becomes a latitude, and some lines go around the
+/// world.
+class GeojsonLayer final : public OGRLayer {
+ public:
+  GeojsonLayer(OGRLayer& to, const gdal::GeojsonShapes& shapes) : to_(to), shapes_(shapes) {}
+
+  OGRFeatureDefn* GetLayerDefn() override { return to_.GetLayerDefn(); }
+  int TestCapability(const char* what) override { return EQUAL(what, OLCSequentialWrite); }
+  void ResetReading() override {}
+  OGRFeature* GetNextFeature() override { return nullptr; }
+
+ private:
+  OGRErr ICreateFeature(OGRFeature* feature) override {
+    const OGRGeometry& from = *feature->GetGeometryRef();
+    const bool is_area = wkbFlatten(from.getGeometryType()) == wkbPolygon;
+    auto made = is_area ? shapes_.area(*from.toPolygon()) : shapes_.line(*from.toLineString());
+    if (!made) {
+      CPLError(CE_Failure, CPLE_AppDefined, "%s", made.error().what.c_str());
+      return OGRERR_FAILURE;
+    }
+    if ((*made)->IsEmpty()) return OGRERR_NONE;
+    feature->SetGeometryDirectly(made->release());
+    return to_.CreateFeature(feature);
+  }
+
+  OGRLayer& to_;
+  const gdal::GeojsonShapes& shapes_;
+};
+
 int CPL_STDCALL tell(double share, const char*, void* to) {
   const Progress& progress = *static_cast<const Progress*>(to);
   progress.at(share);
@@ -147,13 +179,8 @@ Result<void> check(const DemInfo& info, const HeightGrid& posts, ContourFormat f
   return check_count(options, low, high);
 }
 
-/// Straight sides in a projection are none in longitude and latitude: their sagitta is at most
-/// L^2 tan(lat) / 8 R, which for so long a one is a millimetre at 45 degrees.
-constexpr double kLongestSide_m = 200;
-
 /// In the DEM's CRS; one of the first and the last place, as OGR has rings.
-std::unique_ptr<OGRPolygon> polygon_of(const ContourArea& area, const DemInfo& info,
-                                       ContourFormat format) {
+std::unique_ptr<OGRPolygon> polygon_of(const ContourArea& area, const DemInfo& info) {
   auto polygon = std::make_unique<OGRPolygon>();
   for (const std::vector<Vec2>& places : area.rings) {
     auto ring = std::make_unique<OGRLinearRing>();
@@ -164,20 +191,16 @@ std::unique_ptr<OGRPolygon> polygon_of(const ContourArea& area, const DemInfo& i
     ring->closeRings();
     polygon->addRingDirectly(ring.release());
   }
-  if (format == ContourFormat::geojson && info.crs_kind == CrsKind::projected) {
-    const double units_a_post = std::hypot(info.post_to_crs.x_col, info.post_to_crs.y_col);
-    polygon->segmentize(kLongestSide_m * units_a_post / info.spacing_x_m);
-  }
   return polygon;
 }
 
 bool put_areas(OGRLayer& layer, std::span<const ContourArea> areas, const DemInfo& info,
-               ContourFormat format, double error_m) {
+               double error_m) {
   for (const ContourArea& area : areas) {
     OGRFeature feature(layer.GetLayerDefn());
     feature.SetField(0, area.height_m);
     feature.SetField(1, error_m);
-    feature.SetGeometryDirectly(polygon_of(area, info, format).release());
+    feature.SetGeometryDirectly(polygon_of(area, info).release());
     if (layer.CreateFeature(&feature) != OGRERR_NONE) return false;
   }
   return true;
@@ -227,7 +250,13 @@ template <class Fill>
 Result<ContourFile> encode_layer(ContourFormat format, const DemInfo& info, const LayerKind& kind,
                                  const Progress& progress, Fill fill) {
   gdal::register_vectors();
-  const auto crs = gdal::crs_of_layer(info.crs_wkt);
+  std::optional<gdal::GeojsonShapes> shapes;
+  if (format == ContourFormat::geojson) {
+    auto made = gdal::GeojsonShapes::make(info);
+    if (!made) return std::unexpected(made.error());
+    shapes = std::move(*made);
+  }
+  const auto crs = gdal::crs_of_layer(shapes ? "EPSG:4326" : info.crs_wkt);
   if (!crs) return std::unexpected(crs.error());
   gdal::Complaints complaints;
   const gdal::FixedDate date;
@@ -240,7 +269,12 @@ Result<ContourFile> encode_layer(ContourFormat format, const DemInfo& info, cons
   bool good = false;
   if (layer) {
     const bool all_at_once = file->StartTransaction() == OGRERR_NONE;
-    good = fill(*layer);
+    if (shapes) {
+      GeojsonLayer on_globe(*layer, *shapes);
+      good = fill(on_globe);
+    } else {
+      good = fill(*layer);
+    }
     if (progress.stopped()) return fail(Errc::cancelled, "stopped");
     if (all_at_once) good = file->CommitTransaction() == OGRERR_NONE && good;
   }
@@ -277,9 +311,8 @@ Result<ContourFile> encode_contours(ContourFormat format, const DemInfo& info,
 Result<ContourFile> encode_contour_areas(ContourFormat format, const DemInfo& info,
                                          std::span<const ContourArea> areas, double error_m) {
   if (auto ok = check_crs(info, format); !ok) return std::unexpected(ok.error());
-  return encode_layer(format, info, areas_kind(), {}, [&](OGRLayer& layer) {
-    return put_areas(layer, areas, info, format, error_m);
-  });
+  return encode_layer(format, info, areas_kind(), {},
+                      [&](OGRLayer& layer) { return put_areas(layer, areas, info, error_m); });
 }
 
 }  // namespace tind

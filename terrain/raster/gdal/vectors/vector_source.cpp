@@ -214,7 +214,11 @@ class Features {
     const CPLStringList names(set.GetFileList());
     for (int i = 0; i < names.Count(); ++i) bytes_ += files.size_of(names[i]);
     if (bytes_ == 0) bytes_ = std::numeric_limits<std::uint64_t>::max() / kTimes;  // not said
+    of_json_ = std::string_view(set.GetDriverName()).contains("JSON");
   }
+
+  /// Of a kind of GeoJSON.
+  bool of_json() const { return of_json_; }
 
   /// take(feature, its geometry with straight lines: null where it has none).
   template <class Take>
@@ -236,16 +240,35 @@ class Features {
  private:
   static constexpr std::uint64_t kTimes = 100;  // an arc that is named becomes as many points
   std::uint64_t bytes_ = 0, count_ = 0, shapes_ = 0;
+  bool of_json_ = false;
 };
+
+/// Whether any point has one, of what is behind so many lines and polygons.
+bool has_heights(const VectorShapes& shapes, std::size_t lines, std::size_t polygons) {
+  const auto has = [](const VectorLine& line) {
+    return std::ranges::any_of(line, [](const Vec3& p) { return std::isfinite(p.z); });
+  };
+  return std::ranges::any_of(std::span(shapes.lines).subspan(lines), has) ||
+         std::ranges::any_of(
+             std::span(shapes.polygons).subspan(polygons),
+             [&](const VectorPolygon& p) { return std::ranges::any_of(p.rings, has); });
+}
 
 template <class To, class Dem>
 Result<void> read_layer(OGRLayer& layer, const Dem& dem, Features& features, VectorShapes& out) {
   const auto to = To::make(layer, dem);
   if (!to) return std::unexpected(to.error());
-  return features.each(layer, [&](const OGRFeature&, const OGRGeometry* shape) {
+  const std::size_t lines = out.lines.size(), polygons = out.polygons.size();
+  const auto read = features.each(layer, [&](const OGRFeature&, const OGRGeometry* shape) {
     ++out.features;
     if (shape) add(*shape, *to, out);
   });
+  if (!read || !has_heights(out, lines, polygons)) return read;
+  const auto stated = stated_datum(layer.GetSpatialRef(), features.of_json());
+  if (!stated) return std::unexpected(stated.error());
+  if (*stated && std::ranges::find(out.stated, **stated) == out.stated.end())
+    out.stated.push_back(**stated);
+  return {};
 }
 
 /// Whether any point lies within the DEM's rectangle, or the box of a shape meets it.

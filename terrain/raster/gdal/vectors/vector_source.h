@@ -10,6 +10,7 @@
 #include "terrain/base/result.h"
 #include "terrain/raster/dem_source.h"
 #include "terrain/raster/file_state.h"
+#include "terrain/raster/gdal/vectors/line_datum.h"
 
 namespace tind {
 
@@ -31,8 +32,9 @@ struct VectorShapes {
   std::vector<VectorLine> lines;
   std::vector<VectorPolygon> polygons;
   std::size_t features = 0;
-  std::size_t points = 0;  // point geometries, which are left out
-  FileStates files;        // what it was read from, as that was
+  std::size_t points = 0;           // point geometries, which are left out
+  std::vector<StatedDatum> stated;  // each once, of layers that have heights
+  FileStates files;                 // what it was read from, as that was
 };
 
 /// Reads all layers of `path`: ESRI Shapefile, GeoJSON (and its sequences, and TopoJSON),
@@ -42,10 +44,10 @@ struct VectorShapes {
 /// taken to be the DEM's. On a DEM in degrees, lines and rings come wherever their longitudes do,
 /// in any turn around the globe (-109 in a DEM from 0 to 360), and a step of more than 180 and less
 /// than 360 degrees is taken for the shorter way around. Heights are in the vertical unit of the
-/// file's CRS, metres if it has none, and are not converted between datums. Fails (not_found) for
-/// no file, (bad_data) for one that is unreadable, has neither line nor polygon, or has nothing
-/// within the DEM's rectangle, (io) for one that the disk does not give, or that is written to
-/// meanwhile.
+/// file's CRS, metres if it has none, and are not converted between datums: whether they need be
+/// says compare_datums(). Fails (not_found) for no file, (bad_data) for one that is unreadable, has
+/// neither line nor polygon, or has nothing within the DEM's rectangle, (io) for one that the disk
+/// does not give, or that is written to meanwhile.
 Result<VectorShapes> read_vectors(const std::string& path, const DemSource& dem);
 
 /// What a file says of its features beside their places. A value for each name, or none.
