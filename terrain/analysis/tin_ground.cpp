@@ -137,16 +137,25 @@ Result<HeightPlane> plane_of(const std::variant<LevelReference, PlaneReference>&
 Result<TinGround> tin_ground(Tin tin, const Vec3& unit_m, const std::string& name,
                              const std::string& crs, const VerticalDatum& datum,
                              const DemOptions& options) {
-  const double west = std::ranges::min(tin.vertices, {}, &Vec3::x).x;
+  const auto [west, east] = std::ranges::minmax(tin.vertices, {}, &Vec3::x);
   const double north = std::ranges::max(tin.vertices, {}, &Vec3::y).y;
-  const Affine map{west, 1 / unit_m.x, 0, north, 0, -1 / unit_m.y};
-  auto frame = dem_of({name, "TIN", HeightGrid(2, 2), map, crs, datum}, options);
+  Affine map{west.x, 1 / unit_m.x, 0, north, 0, -1 / unit_m.y};
+  const auto placed = [&] {
+    return dem_of({name, "TIN", HeightGrid(2, 2), map, crs, datum}, options);
+  };
+  auto frame = placed();
   if (!frame) return std::unexpected(frame.error());
   if (!(*frame)->info().datum_way.empty())
     return fail(Errc::invalid_argument,
                 name +
-                    ": heights are brought to another datum at posts: say with --posts how many "
-                    "metres apart");
+                    ": heights are brought to another datum at posts, and a TIN has none: leave "
+                    "--to-datum out, or (of a profile, say) make posts with --posts METRES");
+  // A longitude is taken for that of its turns which is nearest to the frame.
+  const double cols = (east.x - west.x) * unit_m.x;
+  if (cols > (*frame)->info().period_cols / 2 && (*frame)->info().period_cols > 0) {
+    map.x0 += std::floor(cols / 2) * map.x_col;
+    if (frame = placed(); !frame) return std::unexpected(frame.error());
+  }
   for (Vec3& v : tin.vertices) {
     const Vec2 post = map.invert(v.x, v.y);
     v = {post.x, -post.y, v.z * unit_m.z};

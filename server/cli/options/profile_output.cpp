@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -170,6 +171,21 @@ std::string profile_text(ProfileFormat format, const Profile& profile, const Pro
       return json::to_text(coverage_json(profile, facts)) + "\n";
   }
   return {};
+}
+
+Ordered profile_summary(const std::string& path, const Profile& profile,
+                        const ProfileFacts& facts) {
+  const auto without = profile.points.size() - std::ranges::count_if(profile.points, has_height);
+  Ordered json = {{"output", path}, {"places", profile.points.size()}, {"without_height", without}};
+  json.update(facts_json(profile, facts));
+  return json;
+}
+
+std::string profile_summary_line(const Ordered& summary) {
+  return fmt::format("{}: {} places along {:.3f} km, {} without height\n",
+                     summary["output"].get<std::string>(), summary["places"].get<std::size_t>(),
+                     summary["length_m"].get<double>() / 1000,
+                     summary["without_height"].get<std::size_t>());
 }
 
 }  // namespace tind::cli

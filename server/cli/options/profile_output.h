@@ -1,6 +1,7 @@
 #pragma once
 // A profile as text: CSV, GeoJSON, JSON, CoverageJSON.
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 
@@ -42,5 +43,11 @@ struct ProfileFacts {
 /// Where there is no height: an empty cell, null, a position of two numbers. CoverageJSON: a
 /// MultiPoint domain in CRS84, a range a column.
 std::string profile_text(ProfileFormat, const Profile&, const ProfileFacts&);
+
+/// What is said of one that went into a file: how many places it has, and how many without height.
+nlohmann::ordered_json profile_summary(const std::string& path, const Profile&,
+                                       const ProfileFacts&);
+/// The same for people, a line.
+std::string profile_summary_line(const nlohmann::ordered_json&);
 
 }  // namespace tind::cli

@@ -27,6 +27,7 @@ namespace fs = std::filesystem;
 constexpr int kTooMuch = 65;
 /// Of the command line, too: reading or writing failed on the way.
 constexpr int kCannotReadOrWrite = 74;
+constexpr std::string_view kWarning = "warning: ";
 
 /// Or what stands beside one, its world file. A name that only begins alike (a folder of jobs) is
 /// none.
@@ -47,8 +48,14 @@ Result<void> as_they_were(const std::map<std::string, std::string>& sources) {
 
 }  // namespace
 
-/// The program's own words: how far it is, or the last of what it has to say.
-void Jobs::hear(Live& live, std::string_view line, std::string& said) const {
+/// The program's own words.
+struct Jobs::Said {
+  std::string last;  // of what it has to say beside its warnings
+  std::vector<std::string> warnings;
+};
+
+/// How far it is, or what it has to say.
+void Jobs::hear(Live& live, std::string_view line, Said& said) const {
   if (const auto progress = progress_in(line)) {
     const std::lock_guard lock(mutex_);
     live.job.progress = *progress;
@@ -58,8 +65,13 @@ void Jobs::hear(Live& live, std::string_view line, std::string& said) const {
   }
   constexpr std::string_view kProgram = "tind: ";
   if (line.starts_with(kProgram)) line.remove_prefix(kProgram.size());
+  constexpr std::size_t kMostWarnings = 5;
+  if (line.starts_with(kWarning)) {
+    if (said.warnings.size() < kMostWarnings) said.warnings.emplace_back(line);
+    return;
+  }
   // Advice for who sits at a command line is none for who has sent a request.
-  if (!line.starts_with("warning: ") && !line.starts_with("Run with --help")) said = line;
+  if (!line.starts_with("Run with --help")) said.last = line;
 }
 
 /// Of all that run, as large as they may be, beside what is there; null: there is room.
@@ -142,10 +154,10 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
 
   std::vector<std::string> words = {program_};
   words.insert(words.end(), order.arguments.begin(), order.arguments.end());
-  std::string said;
+  Said heard;
   const std::stop_callback daemon_stops(stop, [&live] { live->stop.request_stop(); });
   const auto ended = run_child(
-      words, folder, limits_.each, [&](std::string_view line) { hear(*live, line, said); },
+      words, folder, limits_.each, [&](std::string_view line) { hear(*live, line, heard); },
       live->stop.get_token());
   if (!ended) return failed(ended.error());
   if (ended->why == ChildEnd::Why::stopped && !live->dismissed) {
@@ -157,6 +169,7 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   }
   // What it could not read or write is for whoever looks after the disk: a client can do nothing
   // about it.
+  std::string& said = heard.last;
   const int code = ended->why == ChildEnd::Why::exited ? ended->code : 0;
   const bool disk_failed = code == kCannotReadOrWrite;
   const bool is_unread = code == Job::kUnread || (disk_failed && names_source(said, order));
@@ -182,7 +195,9 @@ void Jobs::run(const std::shared_ptr<Live>& live, const std::stop_token& stop) {
   }
   if (ended->code == 0) {
     if (const auto same = changed(); !same) return of_others(same.error());  // meanwhile
-    return end(live, JobStatus::successful, "done");
+    std::string done = "done";
+    for (const std::string& warning : heard.warnings) done += "; " + warning;
+    return end(live, JobStatus::successful, for_client(std::move(done), folder, order.names));
   }
   if (disk_failed && said.find(errno_text(EFBIG)) != said.npos)
     return too_much(result_too_large(limits.file_bytes));

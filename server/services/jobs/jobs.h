@@ -122,7 +122,8 @@ class Jobs {
   void work(const std::stop_token&);
   std::shared_ptr<Live> take(std::vector<std::string>::iterator queued);
   void run(const std::shared_ptr<Live>&, const std::stop_token&);
-  void hear(Live&, std::string_view line, std::string& said) const;
+  struct Said;
+  void hear(Live&, std::string_view line, Said&) const;
   /// Of one whose program ended without having done it, or whose daemon stops.
   void put_back(const std::shared_ptr<Live>&);
   void end(const std::shared_ptr<Live>&, JobStatus, std::string message);

@@ -72,6 +72,23 @@ TEST(Output, a_profile_over_a_void_has_its_heights_beside_it) {
   EXPECT_TRUE(heights[4].is_null()) << heights;
 }
 
+TEST(Output, a_profile_is_json_where_that_is_asked_and_said_as_json_where_it_is_in_a_file) {
+  const test::TempDir folder;
+  const std::string dem = folder.file("dem.asc"), out = folder.file("line.csv");
+  std::ofstream(dem) << "ncols 4\nnrows 2\nxllcenter 7\nyllcenter 0\ncellsize 1\nNODATA_value -1\n"
+                        "10 20 -1 30\n10 20 -1 30\n";
+  const std::string line =
+      "profile " + dem + " --crs EPSG:4326 --line \"7,0.5 10,0.5\" --samples 4 --json";
+  const auto printed = test::tind_json(line);
+  EXPECT_EQ(printed["points"].size(), 4u) << printed;
+  const auto said = test::tind_json(line + " -o " + out);
+  EXPECT_EQ(said["places"], 4) << said;
+  EXPECT_EQ(said["without_height"], 1) << said;
+  EXPECT_EQ(said["length_m"], printed["length_m"]);
+  EXPECT_TRUE(read_whole_file(out)->starts_with("distance_m,"));
+  EXPECT_EQ(run_tind(line + " --format csv").code, 2);
+}
+
 TEST(Output, a_local_grid_in_feet_is_measured_in_metres) {
   const test::TempDir folder;
   const std::string dem = folder.file("site.asc");

@@ -63,6 +63,16 @@ TEST_F(JobsTest, SaysHowFarItIsAndWhyItFailed) {
   EXPECT_EQ(run(*jobs, order).message, "alps: no");
 }
 
+TEST_F(JobsTest, WhatTheProgramWarnsOfIsSaidOfItsResult) {
+  const auto jobs = open();
+  JobOrder order = shell(
+      "echo 'tind: warning: /secret/a.tif: its datum is unknown' >&2; echo 'tind: words' >&2; "
+      "echo 'tind: warning: lengths are stretched' >&2; echo > out.txt");
+  order.names = {{"/secret/a.tif", "alps"}};
+  EXPECT_EQ(run(*jobs, order).message,
+            "done; warning: alps: its datum is unknown; warning: lengths are stretched");
+}
+
 /// It holds the pipe through which the program speaks, and would for half an hour.
 TEST_F(JobsTest, WhatAProgramLeavesBehindIsNotWaitedFor) {
   const auto jobs = open();

@@ -64,6 +64,25 @@ TEST(TinGround, HeightsAreThoseOfTheTriangles) {
   EXPECT_EQ((*found)[4].coverage, Coverage::outside);
 }
 
+TEST(TinGround, OneOfMostOfTheGlobeIsThereInEast) {
+  Tin tin;  // z = longitude + 175
+  for (const Vec3& v : {Vec3{-175, -20, 0}, {175, -20, 350}, {175, 20, 350}, {-175, 20, 0}})
+    tin.vertices.push_back(v);
+  tin.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const auto made =
+      tin_ground(tin, {111320, 111320, 1}, "world.obj", "EPSG:4326", VerticalDatum::egm96, {});
+  ASSERT_TRUE(made) << made.error().what;
+  const std::vector<Geographic> asked = {{-174, 1}, {-5, 1}, {0, 1}, {6, 1}, {90, 1}, {174, 1}};
+  const auto found = heights_at(*made, asked);
+  ASSERT_TRUE(found);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    EXPECT_EQ((*found)[i].coverage, Coverage::value) << asked[i].lon;
+    EXPECT_NEAR((*found)[i].height_m, asked[i].lon + 175, 1e-6) << asked[i].lon;
+  }
+  const std::vector<Geographic> beyond = {{177, 1}};
+  EXPECT_EQ(heights_at(*made, beyond)->front().coverage, Coverage::outside);
+}
+
 TEST(TinGround, ALineHasAPointAtEachEdge) {
   const TinGround ground = ground_of(pyramid());
   // Up the west face, level along the south face, down the east face.

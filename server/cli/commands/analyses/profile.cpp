@@ -6,8 +6,10 @@
 
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "proto/json_text.h"
 #include "server/cli/commands/commands.h"
 #include "server/cli/options/level_input.h"
 #include "server/cli/options/output_options.h"
@@ -28,6 +30,7 @@ struct Arguments {
   std::string line, crs = "CRS84", output, format;
   std::int64_t samples = 0;
   double step_m = 0;
+  bool json = false;
 };
 
 bool is_sampled(const Arguments& a) { return a.samples > 0 || a.step_m > 0; }
@@ -112,15 +115,14 @@ Result<Made> of_dem(const Arguments& a) {
   return made;
 }
 
-void print_summary(const std::string& output, const Profile& profile) {
-  std::size_t without = 0;
-  for (const ProfilePoint& p : profile.points) without += p.height.coverage != Coverage::value;
-  fmt::print("{}: {} places along {:.3f} km, {} without height\n", output, profile.points.size(),
-             profile.length_m / 1000, without);
-}
-
 int run(const Arguments& a) {
-  Result<ProfileFormat> format = ProfileFormat::csv;
+  // Without a file the profile itself is what is printed.
+  Result<ProfileFormat> format =
+      a.json && a.output.empty() ? ProfileFormat::json : ProfileFormat::csv;
+  if (a.json && a.output.empty() && !a.format.empty() && a.format != "json")
+    return complain(
+        {Errc::invalid_argument, "--json prints the profile as JSON, and --format says " +
+                                     a.format + ": leave one of them out, or name a file with -o"});
   if (!a.format.empty())
     format = *enum_named<ProfileFormat>(a.format);
   else if (!a.output.empty())
@@ -139,7 +141,8 @@ int run(const Arguments& a) {
     return kOk;
   }
   if (const auto ok = write_whole_file(a.output, text); !ok) return complain(ok.error());
-  print_summary(a.output, made->profile);
+  const auto summary = profile_summary(a.output, made->profile, made->facts);
+  fmt::print("{}", a.json ? json::to_text(summary, 2) + "\n" : profile_summary_line(summary));
   return kOk;
 }
 
@@ -164,6 +167,7 @@ void add_profile(Command program, int& exit) {
   add_level_options(app, a->level);
   add_tin_options(app, a->dem);
   add_dem_options(app, a->dem);
+  add_json_flag(app, a->json);
   app.footer("Example: tind profile alps.tif --line \"7.60,45.97 7.74,46.03\" -o ridge.csv");
   app.on_run([a, &exit] { exit = run(*a); });
 }

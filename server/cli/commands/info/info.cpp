@@ -245,9 +245,11 @@ Result<Json> info_mesh(const Arguments& a, const std::string& path) {
   if (!tin->normals.empty()) j["attributes"].push_back("normals");
   if (!tin->colours.empty()) j["attributes"].push_back("colours");
   if (!tin->texcoords.empty()) j["attributes"].push_back("texture coordinates");
-  std::string text = fmt::format(
-      "mesh       {} ({})\nshape      {} vertices, {} triangles; attributes {}\n", path,
-      format.title, tin->vertices.size(), tin->triangles.size(), j["attributes"].dump());
+  const std::string_view title = format.title;
+  std::string text =
+      fmt::format("mesh       {} ({})\nshape      {} vertices, {} triangles; attributes {}\n", path,
+                  title.substr(0, title.find(", binary")),  // the file may be text
+                  tin->vertices.size(), tin->triangles.size(), j["attributes"].dump());
   if (!tin->vertices.empty()) {
     j["low"] = {low.x, low.y, low.z};
     j["high"] = {high.x, high.y, high.z};
