@@ -10,6 +10,7 @@
 #include "proto/mesh/mesh_io.h"
 #include "server/cli/program/exit.h"
 #include "terrain/base/file_io.h"
+#include "terrain/base/short_text.h"
 #include "terrain/geo/ellipsoid.h"
 #include "terrain/mesh/manifold.h"
 #include "terrain/mesh/mesh_file.h"
@@ -55,14 +56,10 @@ void fill_normals(Tin& tin) {
     if (none(tin.normals[i])) tin.normals[i] = none(own[i]) ? std::array{0.f, 0.f, 1.f} : own[i];
 }
 
-/// At most so much of a name of somebody else's, in UTF-8.
 std::string short_name(const std::string& name) {
   constexpr std::size_t kMost = 60;
   if (name.empty()) return "unnamed";
-  if (name.size() <= kMost) return name;
-  std::size_t end = kMost;
-  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) --end;
-  return name.substr(0, end) + "...";
+  return std::string(short_text(name, kMost)) + (name.size() > kMost ? "..." : "");
 }
 
 /// One after the other they may be a site; one over the other, a volume counts both.

@@ -3,6 +3,8 @@
 #include <charconv>
 #include <csignal>
 
+#include "terrain/base/short_text.h"
+
 namespace tind::services {
 namespace {
 
@@ -49,7 +51,7 @@ std::string for_client(std::string message, const std::string& folder,
   for (const auto& [path, name] : names) replace_all(message, path, name);
   replace_all(message, folder + "/", "");
   message = without_paths(message);
-  if (message.size() > kLongest) message.resize(kLongest);
+  message.resize(short_text(message, kLongest).size());
   return message;
 }
 
