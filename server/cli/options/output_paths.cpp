@@ -132,8 +132,8 @@ int cannot_create(const Error& why) {
 }
 
 /// Before anything is made: a folder alone would be foreign to that tile set already.
-int check_lies_in_no_tile_set(const std::string& folder) {
-  const auto alone = folder::lies_in_no_tile_set(folder);
+int check_lies_in_no_level(const std::string& folder) {
+  const auto alone = folder::lies_in_no_level(folder);
   if (alone) return kOk;
   return alone.error().code == Errc::io ? cannot_create(alone.error()) : complain(alone.error());
 }
@@ -219,7 +219,7 @@ int check_output_folder(const std::string& path, const std::vector<std::string>&
         return complain({Errc::invalid_argument,
                          fmt::format("{} holds {}, which is read: name a folder of its own, as {}",
                                      path, input, (fs::path(path) / "tiles").string())});
-  if (const int code = check_lies_in_no_tile_set(path); code != kOk) return code;
+  if (const int code = check_lies_in_no_level(path); code != kOk) return code;
   fs::create_directories(path, error);
   if (error) return cannot_create({Errc::io, "cannot create " + path + ": " + error.message()});
   const auto ok = can_write_file((fs::path(path) / "tind").string());
@@ -229,7 +229,7 @@ int check_output_folder(const std::string& path, const std::vector<std::string>&
 int check_store_output(const std::string& path) {
   if (remote::is_remote(path)) return kOk;
   if (!names_archive(path))
-    if (const int code = check_lies_in_no_tile_set(path); code != kOk) return code;
+    if (const int code = check_lies_in_no_level(path); code != kOk) return code;
   std::error_code error;
   const fs::path named = real_path(path);
   fs::path folder = named;

@@ -34,13 +34,13 @@ int check_outputs(const std::vector<std::string>& outputs, const std::vector<std
 /// Makes the folder where it is not there. kOk, or says why no file can be made in it and returns
 /// kCannotCreate; kUsage for one that none of the program's files are in yet (`known`: the name of
 /// one) and one of `inputs` is: among tiles it would be a folder of DEMs no more. kUsage, too,
-/// where it would lie in the folder of a tile set; nothing is made then.
+/// where it would lie in a level of a tile set; nothing is made then.
 int check_output_folder(const std::string& path, const std::vector<std::string>& inputs = {},
                         const char* known = "layer.json");
 
 /// Can a store be made there, or one that is there be changed? A file, or a folder that is made
 /// where it is not there; nothing is made here, and object storage says so itself. kOk, or says why
-/// not and returns kCannotCreate; kUsage for a folder in that of a tile set.
+/// not and returns kCannotCreate; kUsage for a folder in a level of a tile set.
 int check_store_output(const std::string& path);
 
 }  // namespace tind::cli

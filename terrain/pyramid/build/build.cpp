@@ -51,7 +51,7 @@ Result<UpdateReport> foresee_update(const Surface& surface, const BuildOptions& 
                                     const Progress& progress) {
   UpdateReport update;
   if (!remote::is_remote(o.output))
-    if (auto alone = folder::lies_in_no_tile_set(o.output); !alone)
+    if (auto alone = folder::lies_in_no_level(o.output); !alone)
       return std::unexpected(alone.error());
   const auto outline = TilePlan::make(surface, HeightRange{}, o.tiles);
   if (!outline) return std::unexpected(outline.error());

@@ -36,7 +36,7 @@ Result<bool> lies_within(const std::string& path, const std::string& folder) {
   return std::ranges::mismatch(*inner, *outer).in2 == outer->end();
 }
 
-Result<void> lies_in_no_tile_set(const std::string& folder) {
+Result<void> lies_in_no_level(const std::string& folder) {
   const auto real = real_path(folder);
   if (!real) return std::unexpected(real.error());
   for (fs::path below = *real, above; below.has_relative_path(); below = above) {

@@ -1,5 +1,5 @@
 #pragma once
-// Whether what is to be written would come to lie in the folder of a tile set.
+// Whether what is to be written would come to lie in a level of a tile set.
 
 #include <string>
 
@@ -14,6 +14,6 @@ Result<bool> lies_within(const std::string& path, const std::string& folder);
 /// Fails (invalid_argument) where a folder, which need not be there, is a level's folder of a tile
 /// set (which has a ledger), or would lie in one: what is made there is foreign to that tile set,
 /// which is then not whole. Beside its levels anything may lie. io where it cannot be told.
-Result<void> lies_in_no_tile_set(const std::string& folder);
+Result<void> lies_in_no_level(const std::string& folder);
 
 }  // namespace tind::folder

@@ -501,7 +501,7 @@ class LockedFolder : public LockedStore {
 
 Result<std::unique_ptr<LockedStore>> lock_folder(const std::string& directory,
                                                  std::shared_ptr<FolderFiles> files) {
-  if (auto alone = lies_in_no_tile_set(directory); !alone) return std::unexpected(alone.error());
+  if (auto alone = lies_in_no_level(directory); !alone) return std::unexpected(alone.error());
   if (!files) files = std::make_shared<FolderFiles>();
   if (auto made = files->make_folder(directory); !made) return std::unexpected(made.error());
   auto lock = FolderLock::take(directory);
