@@ -4,7 +4,7 @@ from common.scripts import run_script
 
 TIERS = ("gate", "campaign")
 ASKED = "E1, E2: a kill at every state-changing call of a build, an update and a merge; 500 at random moments of a build of 20,000 tiles; the same bytes when run again"
-WHY_NOT = "a build writes its ledger every so often, and has more calls while they are listed on a busy machine: the 31 of seed 71 were such, whose builds were at their end before (alone that build has 174 calls, 0 wrong); they are counted apart now"
+WHY_NOT = "a build writes its ledger every so often, and has more calls while they are listed on a busy machine: those of seed 71 that its log kept were such, whose build was at its end before (alone it has 174 calls, 0 wrong); they are counted apart now"
 
 
 def run(run):

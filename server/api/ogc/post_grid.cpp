@@ -19,7 +19,7 @@ PostGrid::PostGrid(const AskedCrs& crs, const Surface& surface)
 }
 
 Vec2 PostGrid::pixels(const CrsBox& box, Vec2 ground) const {
-  if (step_.x > 0) return {box.width() / step_.x, (box.north - box.south) / step_.y};
+  if (step_.x > 0) return {box.width() / step_.x, box.height() / step_.y};
   return {ground.x / spacing_m_.x, ground.y / spacing_m_.y};
 }
 
