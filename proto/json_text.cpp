@@ -1,8 +1,9 @@
 #include "proto/json_text.h"
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
-#include <set>
+#include <span>
 #include <type_traits>
 
 namespace tind::json {
@@ -25,23 +26,49 @@ void each_outside_strings(std::string_view text, F&& f) {
   }
 }
 
-/// Keeps the names of the objects that are open.
+/// How a text is built, by its brackets and colons; of what is no JSON, anything.
+struct Shape {
+  int deepest = 0;  // kDeepest + 1: deeper than it may be, and not looked at further
+  std::size_t most_members = 0;
+};
+Shape shape_of(std::string_view text) {
+  Shape shape;
+  std::array<std::size_t, kDeepest + 2> members{};  // so far, of what is open, by its depth
+  int depth = 0;
+  each_outside_strings(text, [&](char c) {
+    if (c == '[' || c == '{') {
+      shape.deepest = std::max(shape.deepest, ++depth);
+      if (depth > kDeepest) return false;
+      members[std::size_t(std::max(depth, 0))] = 0;
+    }
+    if (c == ']' || c == '}') --depth;
+    if (c == ':' && depth > 0)
+      shape.most_members = std::max(shape.most_members, ++members[std::size_t(depth)]);
+    return true;
+  });
+  return shape;
+}
+
+/// Keeps the names of the objects that are open, one behind the other.
 class Names : public nlohmann::json_sax<nlohmann::json> {
  public:
   std::optional<std::string> twice;
 
   bool key(string_t& name) override {
-    if (open_.back().insert(name).second) return true;
-    twice = name;
-    return false;
+    names_.push_back(std::move(name));
+    return true;
   }
   bool start_object(std::size_t) override {
-    open_.emplace_back();
+    first_.push_back(names_.size());
     return true;
   }
   bool end_object() override {
-    open_.pop_back();
-    return true;
+    const std::span own = std::span(names_).subspan(first_.back());
+    std::ranges::sort(own);
+    if (const auto same = std::ranges::adjacent_find(own); same != own.end()) twice = *same;
+    names_.resize(first_.back());
+    first_.pop_back();
+    return !twice;
   }
   bool null() override { return true; }
   bool boolean(bool) override { return true; }
@@ -57,7 +84,8 @@ class Names : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  std::vector<std::set<std::string>> open_;
+  std::vector<std::string> names_;
+  std::vector<std::size_t> first_;  // of each object's
 };
 
 template <class Json>
@@ -67,22 +95,18 @@ std::string text_of(const Json& value, int indent) {
 
 }  // namespace
 
-bool too_deep(std::string_view text) {
-  int depth = 0;
-  each_outside_strings(text, [&](char c) {
-    if (c == '[' || c == '{') ++depth;
-    if (c == ']' || c == '}') --depth;
-    return depth <= kDeepest;
-  });
-  return depth > kDeepest;
-}
+bool too_deep(std::string_view text) { return shape_of(text).deepest > kDeepest; }
+
+std::size_t most_members(std::string_view text) { return shape_of(text).most_members; }
 
 template <class Json>
 Json parse(std::string_view text) {
   // To its lexer a NUL is the end, whatever follows.
-  if (text.contains('\0') || too_deep(text)) return Json(Json::value_t::discarded);
-  if constexpr (std::is_same_v<Json, nlohmann::ordered_json>)
-    if (most_members(text) > kMostOrderedMembers) return Json(Json::value_t::discarded);
+  const Shape shape = shape_of(text);
+  const bool ordered = std::is_same_v<Json, nlohmann::ordered_json>;
+  if (text.contains('\0') || shape.deepest > kDeepest ||
+      (ordered && shape.most_members > kMostOrderedMembers))
+    return Json(Json::value_t::discarded);
   return Json::parse(text, nullptr, false);
 }
 
@@ -90,18 +114,6 @@ std::optional<std::string> name_said_twice(std::string_view text) {
   Names names;
   nlohmann::json::sax_parse(text, &names);
   return names.twice;
-}
-
-std::size_t most_members(std::string_view text) {
-  std::size_t most = 0;
-  std::vector<std::size_t> open;  // of each object so far: a colon a member, and none in lists
-  each_outside_strings(text, [&](char c) {
-    if (c == '{') open.push_back(0);
-    if (c == '}' && !open.empty()) open.pop_back();
-    if (c == ':' && !open.empty()) most = std::max(most, ++open.back());
-    return open.size() <= std::size_t(kDeepest);
-  });
-  return most;
 }
 
 std::size_t count_values(std::string_view text) {
@@ -118,8 +130,18 @@ std::size_t count_values(std::string_view text) {
   return count;
 }
 
+template <class Json>
+std::size_t values_of(const Json& json) {
+  std::size_t count = 1;
+  if (json.is_structured())
+    for (const Json& part : json) count += values_of(part);
+  return count;
+}
+
 template nlohmann::json parse(std::string_view);
 template nlohmann::ordered_json parse(std::string_view);
+template std::size_t values_of(const nlohmann::json&);
+template std::size_t values_of(const nlohmann::ordered_json&);
 
 std::string to_text(const nlohmann::json& value, int indent) { return text_of(value, indent); }
 std::string to_text(const nlohmann::ordered_json& value, int indent) {

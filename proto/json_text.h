@@ -46,6 +46,10 @@ std::size_t most_members(std::string_view text);
 /// the text of one does.
 std::size_t count_values(std::string_view text);
 
+/// The same of what was built: fewer where a name is said twice, of which one value counts.
+template <class Json>
+std::size_t values_of(const Json&);
+
 /// `indent`: blanks a level; -1: one line. Bytes that are not UTF-8 become U+FFFD.
 std::string to_text(const nlohmann::json&, int indent = -1);
 std::string to_text(const nlohmann::ordered_json&, int indent = -1);

@@ -5,6 +5,7 @@
 #include "proto/json_member.h"
 #include "proto/json_text.h"
 #include "server/api/json_problem.h"
+#include "terrain/base/short_text.h"
 
 namespace tind::api {
 namespace {
@@ -13,8 +14,8 @@ constexpr std::size_t kLongestName = 64;  // of a stranger's member, as we repea
 const Json kNothing = Json::object();
 
 std::string shown(const std::string& name) {
-  const std::string begin = name.substr(0, std::min(kLongestName, name.find('\0')));
-  return begin.empty() ? "\"\"" : begin;
+  const std::string_view begin = short_text(name, std::min(kLongestName, name.find('\0')));
+  return begin.empty() ? "\"\"" : std::string(begin);
 }
 
 }  // namespace
@@ -25,14 +26,17 @@ Json parse_body(std::string_view body, std::size_t most_values, Problems& proble
     return kNothing;
   }
   Json json = json::parse<Json>(body);
-  if (json.is_object()) {
-    const auto twice = json::name_said_twice(body);
-    if (!twice) return json;
-    problems.add(shown(*twice), "is there twice in one object: which of them counts?");
-    return kNothing;
-  }
+  if (json.is_object())
+    return has_names_once(body, json::values_of(json), problems) ? json : kNothing;
   problems.add("body", json.is_discarded() ? why_no_json(body) : "must be a JSON object");
   return kNothing;
+}
+
+bool has_names_once(std::string_view body, std::size_t built, Problems& problems) {
+  if (json::count_values(body) == built) return true;
+  const auto twice = json::name_said_twice(body);
+  if (twice) problems.add(shown(*twice), "is there twice in one object: which of them counts?");
+  return !twice;
 }
 
 Members::Members(const Json& json, std::string path, Problems& problems)

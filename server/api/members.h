@@ -31,6 +31,11 @@ class Problems {
 /// rightly can send: they are counted before any is built, because each takes up to 100 bytes.
 Json parse_body(std::string_view body, std::size_t most_values, Problems&);
 
+/// False, and a problem, where some object of a body has a name twice: readers differ on which one
+/// counts. `built`: json::values_of() the body, which has fewer values than its text then; so only
+/// a body that is wrong is read again.
+bool has_names_once(std::string_view body, std::size_t built, Problems&);
+
 /// Reads the members of one object, and keeps what is wrong with them under their names:
 /// "camera.lon", "trajectory[3].lat".
 class Members {

@@ -11,6 +11,7 @@
 #include "proto/polyline.h"
 #include "server/api/elevation/heights.h"
 #include "server/api/elevation/places.h"
+#include "server/http/message/uri.h"
 
 namespace tind::api {
 namespace {
@@ -51,20 +52,6 @@ bool may_hold(const services::ServedDataset& dataset, const Geographic& p) {
   for (const double turn : {-360.0, 0.0, 360.0})
     if (bounds.contains({p.lon + turn, p.lat})) return true;
   return false;
-}
-
-/// Of a query, or of a form; "%2" and the like stay, for whoever reads it to refuse.
-std::string without_escapes(std::string_view text) {
-  std::string plain;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    unsigned char c = 0;
-    const char *const digits = text.data() + i + 1, *const end = text.data() + text.size();
-    const bool escape = text[i] == '%' && end - digits >= 2 &&
-                        std::from_chars(digits, digits + 2, c, 16).ptr == digits + 2;
-    plain += escape ? char(c) : text[i];
-    i += escape ? 2 : 0;
-  }
-  return plain;
 }
 
 /// At least two for each place but the last, however places are written: commas and bars of a
@@ -223,7 +210,8 @@ services::Work work_of(const services::ServedDataset& dataset, std::size_t place
 services::Work work_of(std::string_view question) {
   constexpr std::size_t kOtherMarks = 8;  // brackets, and what else is asked
   if (question.size() > kQuickly) return services::Work::batch;
-  const std::string text = without_escapes(question);
+  // Bad escapes are for whoever reads it to refuse.
+  const std::string text = http::percent_decode(question).value_or(std::string(question));
   const bool quick = marks_of(text) <= 2 * kFewPlaces + kOtherMarks &&
                      text.find("sample") == text.npos && text.find("\\u") == text.npos;
   return quick ? services::Work::question : services::Work::batch;

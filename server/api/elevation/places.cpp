@@ -24,7 +24,6 @@ namespace {
 using Ordered = nlohmann::ordered_json;
 
 constexpr std::size_t kMostListValues = 3 * kMostPlaces + 2;  // pairs in a list in an object
-constexpr std::size_t kLongestName = 64;                      // of a stranger's, as we repeat it
 const std::string kTooMany = "must have at most " + std::to_string(kMostPlaces) + " places";
 const std::string kLackTooMany = "has lines that lack more than " + std::to_string(kMostLacking) +
                                  " fields of the first line in all";
@@ -289,28 +288,27 @@ class CsvPlaces : public PlacesDocument {
   }
 };
 
-/// What is known of a text before anything is built of it.
-bool may_be_built(std::string_view body, std::size_t values, Problems& problems) {
-  if (values > kMostValues)
-    problems.add("body", "must have at most " + std::to_string(kMostValues) + " JSON values");
-  else if (json::most_members(body) > json::kMostOrderedMembers)
-    problems.add("body", "must have at most " + std::to_string(json::kMostOrderedMembers) +
-                             " members in an object");
-  return problems.empty();
+std::string why_no_object(std::string_view body, bool is_json) {
+  if (is_json) return "must be a JSON object";
+  if (json::most_members(body) <= json::kMostOrderedMembers) return why_no_json(body);
+  return "must have at most " + std::to_string(json::kMostOrderedMembers) + " members in an object";
 }
 
 /// Null where there are problems, or where it is to stop.
 std::unique_ptr<PlacesDocument> read_any_json(std::string_view body, Problems& problems,
                                               const std::stop_token& stop) {
   const std::size_t values = json::count_values(body);
-  if (!may_be_built(body, values, problems) || stop.stop_requested()) return {};
+  if (values > kMostValues) {
+    problems.add("body", "must have at most " + std::to_string(kMostValues) + " JSON values");
+    return {};
+  }
+  if (stop.stop_requested()) return {};
   auto json = json::parse<Ordered>(body);
   if (stop.stop_requested()) return {};
   if (!json.is_object())
-    problems.add("body", json.is_discarded() ? why_no_json(body) : "must be a JSON object");
-  else if (const auto twice = json::name_said_twice(body))
-    problems.add(twice->substr(0, kLongestName),
-                 "is there twice in one object: which of them counts?");
+    problems.add("body", why_no_object(body, !json.is_discarded()));
+  else if (!has_names_once(body, json::values_of(json), problems))
+    return {};
   else if (json.contains("type"))
     return std::make_unique<GeoJsonPlaces>(std::move(json), problems);
   else if (values > kMostListValues)

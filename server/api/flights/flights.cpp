@@ -10,6 +10,7 @@
 
 #include "proto/stream/tile_frames.h"
 #include "server/api/app.h"
+#include "server/api/elevation/lookups.h"
 #include "server/api/extensions.h"
 #include "server/api/flights/flight_request.h"
 #include "server/api/responses.h"
@@ -36,15 +37,17 @@ http::Reply answer(const FlightPlan& plan) {
 }
 
 /// A height that the highest ground below the flight is not under, from a few of its places.
-/// Nothing where these have none, or where all of them are a few.
-Result<std::optional<double>> some_ground(const Surface& surface,
+/// Nothing where these have none, or where all of it is soon read.
+Result<std::optional<double>> some_ground(const services::ServedDataset& dataset,
                                           std::span<const Geographic> places,
                                           const std::stop_token& stop) {
   constexpr std::size_t kFew = 16, kMany = 256;
-  if (places.size() <= kMany) return std::nullopt;
+  if (!dataset.source || places.size() <= kMany ||
+      work_of(dataset, places.size()) == services::Work::question)
+    return std::nullopt;
   std::vector<Geographic> few;
   for (std::size_t i = 0; i < kFew; ++i) few.push_back(places[i * places.size() / kFew]);
-  const auto heights = heights_at(surface, few, Interpolation::bilinear, stop);
+  const auto heights = heights_at(*dataset.source, few, Interpolation::bilinear, stop);
   if (!heights) return std::unexpected(heights.error());
   std::optional<double> highest;
   for (const SurfaceHeight& at : *heights)
@@ -74,8 +77,7 @@ http::Reply answer_plan(const App& app, const services::ServedDataset& dataset,
     const std::vector<Geographic> places = places_of(asked.flight);
     // The higher the ground, the nearer the tiles and the more of them: what are too many above
     // some ground are too many, and all of it need not be read.
-    const auto some = dataset.source ? some_ground(*dataset.source, places, stop)
-                                     : Result<std::optional<double>>();
+    const auto some = some_ground(dataset, places, stop);
     if (!some) return http::problem_reply(some.error(), target);
     if (*some)
       if (const auto made = above(**some); !made) return refused(made.error());
