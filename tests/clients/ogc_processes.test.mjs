@@ -86,6 +86,7 @@ test("core /conf/core/process-list-success, pl-limit-definition, pl-limit-respon
 
 test("core /conf/core/process-success, /conf/ogc-process-description: each process describes what it takes and makes", async () => {
   for (const {id, links} of (await json("/processes")).processes) {
+    for (const {href} of links) assert.equal(new URL(href).origin, daemon.origin, href);
     const process = await json(links.find((link) => link.rel === "self").href);
     assert.equal(process.id, id);
     assert.ok(Object.keys(process.inputs).length > 0 && Object.keys(process.outputs).length > 0);

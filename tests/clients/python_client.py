@@ -225,5 +225,33 @@ class Interrupted(unittest.TestCase):
         server.server_close()
 
 
+class BehindAPath(unittest.TestCase):
+    """Against a server that a proxy has put under a path, of which the server's links know nothing."""
+
+    def test_results_are_fetched_where_the_job_is(self):
+        answers = {
+            "/maps/jobs/1": b'{"jobID": "1", "status": "successful"}',
+            "/maps/jobs/1/results": b'{"mesh": {"href": "http://127.0.0.1:1/jobs/1/results/mesh"}}',
+            "/maps/jobs/1/results/mesh": b"a mesh"}
+
+        class Handler(BaseHTTPRequestHandler):
+            def log_message(self, *_):
+                pass
+
+            def do_GET(self):
+                body = answers.get(self.path)
+                self.send_response(404 if body is None else 200)
+                self.send_header("Content-Length", str(len(body or b"")))
+                self.end_headers()
+                self.wfile.write(body or b"")
+
+        server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        client = tind.Client(f"http://127.0.0.1:{server.server_port}/maps")
+        self.assertEqual(client.job("1").wait().bytes(), b"a mesh")
+        server.shutdown()
+        server.server_close()
+
+
 if __name__ == "__main__":
     unittest.main()

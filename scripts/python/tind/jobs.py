@@ -49,13 +49,14 @@ class Result:
 
 
 class ServedResult(Result):
-    def __init__(self, connection: Connection, name: str, href: str, report: dict[str, Any] | None):
+    def __init__(self, connection: Connection, name: str, where: str,
+                 report: dict[str, Any] | None):
         super().__init__(name, report)
         self._connection = connection
-        self._href = href
+        self._where = where
 
     def _write(self, path: str) -> None:
-        self._connection.download(self._href, path)
+        self._connection.download(self._where, path)
 
 
 class LocalResult(Result):
@@ -112,7 +113,8 @@ class Job:
             if "value" in output:
                 report = output["value"]
             elif file is None:
-                file = (name, output["href"])
+                file = name
         if file is None:
             return Result("report", report)
-        return ServedResult(self._connection, *file, report)
+        # Not the document's link: it leads past the path that a proxy has put in front.
+        return ServedResult(self._connection, file, f"/jobs/{self.id}/results/{file}", report)

@@ -1,5 +1,6 @@
 #include "server/api/ogc/document.h"
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -32,6 +33,12 @@ Ordered links_of(const Asked& asked, const Ordered& document) {
 }
 
 }  // namespace
+
+std::string Asked::own_url() const {
+  // It may have been sent whole: "http://127.0.0.1:8080/jobs?limit=2".
+  const std::size_t host = target.starts_with('/') ? 0 : target.find("://") + 3;
+  return url(target.substr(std::min(target.find('/', host), target.size())));
+}
 
 Form form_of(std::string_view f, const http::Fields& fields) {
   if (!f.empty()) return f == "html" ? Form::html : Form::json;

@@ -49,6 +49,8 @@ struct Asked {
   http::Conditions client;
 
   std::string url(std::string_view to) const { return origin + std::string(to); }
+  /// Of the document itself, with what its query asked for.
+  std::string own_url() const;
 };
 
 /// What such a document's route says of itself. `schema`: of its JSON. A list of datasets shows

@@ -78,7 +78,7 @@ Ordered link_json(const std::string& href, const char* rel, const std::string& t
   return link;
 }
 
-Ordered status_json(const services::Job& job) {
+Ordered status_json(const services::Job& job, const std::string& origin) {
   Ordered json = {{"jobID", job.id},
                   {"processID", job.process},
                   {"type", "process"},
@@ -89,7 +89,7 @@ Ordered status_json(const services::Job& job) {
   if (job.started_ms > 0) json["started"] = time_text(job.started_ms);
   if (job.finished_ms > 0) json["finished"] = time_text(job.finished_ms);
   json["updated"] = time_text(job.updated_ms);
-  const std::string self = "/jobs/" + job.id;
+  const std::string self = origin + "/jobs/" + job.id;
   json["links"] = Ordered::array({link_json(self, "self", "application/json", "this job")});
   if (job.status == services::JobStatus::successful) {
     json["links"].push_back(link_json(self + "/results",

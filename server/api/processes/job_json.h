@@ -15,10 +15,11 @@ std::string time_text(std::int64_t ms);
 /// max_error, and an option that no input is, but a setting of the dataset, is called that.
 std::string message_of(const services::Job&);
 
-/// statusInfo: jobID, processID, type, status, message, progress, times, links.
-nlohmann::ordered_json status_json(const services::Job&);
+/// statusInfo: jobID, processID, type, status, message, progress, times, links. `origin`: what the
+/// addresses of its links begin with, origin_of() the request.
+nlohmann::ordered_json status_json(const services::Job&, const std::string& origin);
 
-/// A link, as {href, rel, type, title}.
+/// A link, as {href, rel, type, title}; the address as it is given.
 nlohmann::ordered_json link_json(const std::string& href, const char* rel, const std::string& type,
                                  const std::string& title = {});
 

@@ -78,7 +78,7 @@ std::optional<http::Reply> list_jobs(const App& app, const http::Request& reques
         std::size_t found = 0;
         for (const Job& job : *jobs)
           if (filter.has(job, now.count()) && page.has(found++))
-            json["jobs"].push_back(status_json(job));
+            json["jobs"].push_back(status_json(job, asked.origin));
         json["links"] = page_links(asked, page, found);
         return job_list_reply(asked, std::move(json));
       });
@@ -142,11 +142,11 @@ void add_job_routes(http::Router& router, const App& app) {
              });
   get("/jobs/{job}", job_operation(),
       [](const App&, const Job& job, const std::string&, const ogc::Asked& asked) {
-        return job_reply(asked, status_json(job), job.has_ended());
+        return job_reply(asked, status_json(job, asked.origin), job.has_ended());
       });
   get("/jobs/{job}/results", operation_of("getJobResults", "What came of a job", results()),
       [](const App& a, const Job& job, const std::string&, const ogc::Asked& asked) {
-        return results_reply(*a.jobs, job, asked.client, asked.target);
+        return results_reply(*a.jobs, job, asked.client, asked.target, asked.origin);
       });
   get("/jobs/{job}/results/{output}",
       operation_of("getJobResult", "One output of a job", results()),
@@ -162,7 +162,7 @@ void add_job_routes(http::Router& router, const App& app) {
                    [](const App& a, const Job& job, const std::string&, const ogc::Asked& asked) {
                      const auto gone = a.jobs->dismiss(job.id);
                      if (!gone) return http::problem_reply(gone.error(), asked.target);
-                     return json_reply(status_json(*gone ? **gone : job));
+                     return json_reply(status_json(*gone ? **gone : job, asked.origin));
                    });
              });
 }

@@ -11,24 +11,24 @@ namespace {
 constexpr double kFarthest = 1e6;  // more than any list has
 
 /// The address of this page with another offset.
-std::string with_offset(const std::string& target, std::size_t offset) {
-  return with_parameter(target, "offset", offset > 0 ? std::to_string(offset) : "");
+std::string with_offset(const std::string& url, std::size_t offset) {
+  return with_parameter(url, "offset", offset > 0 ? std::to_string(offset) : "");
 }
 
 }  // namespace
 
-std::string with_parameter(const std::string& target, const std::string& name,
+std::string with_parameter(const std::string& url, const std::string& name,
                            const std::string& value) {
-  const std::size_t mark = target.find('?');
+  const std::size_t mark = url.find('?');
   std::string query;
-  for (std::size_t at = mark == target.npos ? target.size() : mark + 1; at < target.size();) {
-    const std::size_t end = std::min(target.find('&', at), target.size());
-    const std::string one = target.substr(at, end - at);
+  for (std::size_t at = mark == url.npos ? url.size() : mark + 1; at < url.size();) {
+    const std::size_t end = std::min(url.find('&', at), url.size());
+    const std::string one = url.substr(at, end - at);
     if (!one.starts_with(name + "=")) query += (query.empty() ? "" : "&") + one;
     at = end + 1;
   }
   if (!value.empty()) query += (query.empty() ? "" : "&") + name + "=" + value;
-  return target.substr(0, mark) + (query.empty() ? "" : "?" + query);
+  return url.substr(0, mark) + (query.empty() ? "" : "?" + query);
 }
 
 std::vector<http::QueryNumber> page_numbers() {
@@ -56,9 +56,9 @@ nlohmann::ordered_json page_links(const ogc::Asked& asked, const ListPage& page,
                                   std::size_t entries) {
   const char* const type = asked.form == ogc::Form::html ? ogc::kHtml : ogc::kJson;
   const auto at = [&](std::size_t offset, const char* rel) {
-    return link_json(with_offset(asked.target, offset), rel, type);
+    return link_json(with_offset(asked.own_url(), offset), rel, type);
   };
-  auto links = nlohmann::ordered_json::array({link_json(asked.target, "self", type)});
+  auto links = nlohmann::ordered_json::array({link_json(asked.own_url(), "self", type)});
   if (page.offset + page.limit < entries) links.push_back(at(page.offset + page.limit, "next"));
   if (page.offset > 0) links.push_back(at(page.offset - std::min(page.offset, page.limit), "prev"));
   return links;

@@ -26,7 +26,7 @@ struct ListPage {
 ListPage list_page(const http::QueryNumbers&);
 
 /// An address with one parameter said anew, or left out where the value is empty.
-std::string with_parameter(const std::string& target, const std::string& name,
+std::string with_parameter(const std::string& url, const std::string& name,
                            const std::string& value);
 
 /// Links to the page itself, and to the next and the one before where there are any of `entries`.

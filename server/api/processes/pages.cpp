@@ -17,10 +17,11 @@ bool is_page(const ogc::Asked& asked) { return asked.form == ogc::Form::html; }
 
 http::Reply reply_of(const ogc::Asked& asked, Ordered document,
                      std::vector<http::Header> fields = {}) {
-  document["links"].push_back(is_page(asked) ? link_json(with_parameter(asked.target, "f", "json"),
-                                                         "alternate", ogc::kJson, "as JSON")
-                                             : link_json(with_parameter(asked.target, "f", "html"),
-                                                         "alternate", ogc::kHtml, "as a page"));
+  const std::string url = asked.own_url();
+  document["links"].push_back(
+      is_page(asked)
+          ? link_json(with_parameter(url, "f", "json"), "alternate", ogc::kJson, "as JSON")
+          : link_json(with_parameter(url, "f", "html"), "alternate", ogc::kHtml, "as a page"));
   fields.push_back({"Cache-Control", "no-store"});
   fields.push_back({"Vary", "Accept"});
   const auto [type, text] = ogc::shown(asked, document);

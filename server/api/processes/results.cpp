@@ -233,7 +233,8 @@ void read_results(Members& body, JobOrder& order, Problems& problems) {
 }
 
 http::Reply results_reply(const services::Jobs& jobs, const Job& job,
-                          const http::Conditions& client, std::string_view target) {
+                          const http::Conditions& client, std::string_view target,
+                          const std::string& origin) {
   if (job.status != JobStatus::successful) return none(job, target);
   if (auto refused = refuse_damaged(jobs, job, target)) return std::move(*refused);
   const JobOrder order = order_of(job);
@@ -242,7 +243,7 @@ http::Reply results_reply(const services::Jobs& jobs, const Job& job,
   Ordered document = Ordered::object();
   for (const JobOrder::Output& output : order.outputs) {
     if (!is_report(output)) {
-      document[output.name] = {{"href", "/jobs/" + job.id + "/results/" + output.name},
+      document[output.name] = {{"href", origin + "/jobs/" + job.id + "/results/" + output.name},
                                {"type", output.media_type}};
       continue;
     }

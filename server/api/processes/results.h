@@ -17,9 +17,10 @@ namespace tind::api {
 void read_results(Members&, services::JobOrder&, Problems&);
 
 /// All that was asked for: the only output as it is, or a document. What there is in place of
-/// results, while there are none, is a problem. Reads files: on a worker.
+/// results, while there are none, is a problem. Reads files: on a worker. `origin`: what the
+/// addresses in a document begin with.
 http::Reply results_reply(const services::Jobs&, const services::Job&, const http::Conditions&,
-                          std::string_view target);
+                          std::string_view target, const std::string& origin);
 /// One output, by its name; also those that nobody asked for are there for a while.
 http::Reply result_reply(const services::Jobs&, const services::Job&, std::string_view output,
                          const http::Conditions&, std::string_view target);

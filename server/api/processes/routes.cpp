@@ -13,6 +13,7 @@
 #include "server/api/processes/process.h"
 #include "server/api/processes/process_operations.h"
 #include "server/api/processes/results.h"
+#include "server/api/tiles/web_map.h"
 #include "server/http/message/problem.h"
 
 namespace tind::api {
@@ -22,6 +23,7 @@ using Ordered = nlohmann::ordered_json;
 using services::Job;
 
 constexpr std::size_t kMostBody = 8u << 20;
+constexpr std::size_t kQuickly = 10'000;  // bytes
 /// Lists of three numbers for all positions of two inputs, or Features of two positions each.
 constexpr std::size_t kMostValues = 8 * kMostPositions;
 constexpr std::string_view kNoSuchProcess =
@@ -32,8 +34,8 @@ http::Reply json_reply(int status, const Ordered& json, std::vector<http::Header
   return http::make_reply(status, "application/json", json::to_text(json, 2) + "\n", fields);
 }
 
-Ordered summary_json(const Process& p) {
-  const std::string self = std::string("/processes/") + p.id;
+Ordered summary_json(const Process& p, const ogc::Asked& asked) {
+  const std::string self = asked.url(std::string("/processes/") + p.id);
   return {{"id", p.id},
           {"title", p.title},
           {"description", p.description},
@@ -59,9 +61,7 @@ bool prefers_async(const http::Fields& fields) {
 
 /// {"inputs": {...}, "outputs": {...}, "response": "raw"}
 std::optional<services::JobOrder> read_order(const App& app, const Process& process,
-                                             std::string_view body, Problems& problems) {
-  const Json json = parse_body(body, kMostValues, problems);
-  if (!problems.empty()) return {};
+                                             const Json& json, Problems& problems) {
   Members members(json, "", problems);
   const Json* const inputs = members.member("inputs", Members::Need::must);
   if (inputs && !inputs->is_object()) problems.add("inputs", "must be an object");
@@ -84,9 +84,10 @@ std::optional<services::JobOrder> read_order(const App& app, const Process& proc
   return order;
 }
 
-http::Reply created(const Job& job) {
+/// `origin`: origin_of() the request.
+http::Reply created(const Job& job, const std::string& origin) {
   const std::string where = "/jobs/" + job.id;
-  return json_reply(201, status_json(job),
+  return json_reply(201, status_json(job, origin),
                     {{"Location", where},
                      {"Preference-Applied", "respond-async"},
                      {"Access-Control-Expose-Headers", "Location, Preference-Applied"}});
@@ -124,21 +125,22 @@ std::optional<http::Reply> changed_since(const Datasets& datasets, const std::st
   return std::nullopt;
 }
 
-/// Of a client that waits for the end of its job. One whose results it has is not kept.
+/// Of a client that waits for the end of its job. One whose results it has is not kept. `origin`:
+/// origin_of() its request.
 void wait_for(const App& app, const services::JobOrder& order, Datasets datasets,
-              http::Responder to, const std::string& target) {
+              http::Responder to, const std::string& target, const std::string& origin) {
   const std::stop_token gone = to.asker().gone;
   const auto waiting = std::make_shared<http::Responder>(std::move(to));
   const auto job = app.jobs->submit(
       order,
-      [&app, waiting, document = order.document, datasets = std::move(datasets),
-       target](const Job& ended) {
+      [&app, waiting, document = order.document, datasets = std::move(datasets), target,
+       origin](const Job& ended) {
         auto changed = changed_since(datasets, target);  // before it read them, or meanwhile
         http::Reply reply =
             !ended.has_ended()
                 ? http::problem_reply(Error{Errc::cancelled, "the daemon stops"}, target)
             : changed ? std::move(*changed)
-                      : results_reply(*app.jobs, ended, {}, target);
+                      : results_reply(*app.jobs, ended, {}, target, origin);
         if (!document && ended.status == services::JobStatus::successful) app.jobs->forget(ended);
         (*waiting)(std::move(reply));
       },
@@ -149,9 +151,7 @@ void wait_for(const App& app, const services::JobOrder& order, Datasets datasets
 /// Those that inputs name; or the answer to a key that is not for one of them, which is the same
 /// whether there is such a dataset or not.
 std::expected<Datasets, http::Reply> datasets_of(const App& app, const http::Access* access,
-                                                 std::string_view body, const std::string& target) {
-  Problems ignored;
-  const Json json = parse_body(body, kMostValues, ignored);
+                                                 const Json& json, const std::string& target) {
   Datasets named;
   const auto inputs = json.find("inputs");
   if (inputs == json.end() || !inputs->is_object()) return named;
@@ -171,22 +171,28 @@ std::expected<Datasets, http::Reply> datasets_of(const App& app, const http::Acc
 
 std::optional<http::Reply> execute(const App& app, const Process* process,
                                    const http::Request& request, http::DeferredReply& deferred) {
+  // Large ones take tens of milliseconds to read, and others' questions are not to wait for that.
+  const auto work =
+      request.body.size() < kQuickly ? services::Work::question : services::Work::batch;
   run_on_worker(
-      app, services::Work::question, request.head.target, deferred.responder(),
+      app, work, request.head.target, deferred.responder(),
       [&app, process, async = prefers_async(request.head.fields), body = request.body,
-       access = request.access, client = deferred.client(),
+       access = request.access, client = deferred.client(), origin = origin_of(request),
        target = std::string(request.head.target)](http::Responder to, const std::stop_token&) {
-        auto datasets = datasets_of(app, access.get(), body, target);
-        if (!datasets) return to(std::move(datasets.error()));
         Problems problems;
-        auto order = read_order(app, *process, body, problems);
+        const Json json = parse_body(body, kMostValues, problems);
+        if (!problems.empty()) return to(http::problem_reply(problems.list(), target));
+        auto datasets = datasets_of(app, access.get(), json, target);
+        if (!datasets) return to(std::move(datasets.error()));
+        auto order = read_order(app, *process, json, problems);
         if (!problems.empty()) return to(http::problem_reply(problems.list(), target));
         order->client = client;
         if (auto reply = changed_since(*datasets, target)) return to(*std::move(reply));
-        if (!async) return wait_for(app, *order, *std::move(datasets), std::move(to), target);
+        if (!async)
+          return wait_for(app, *order, *std::move(datasets), std::move(to), target, origin);
         const auto job = app.jobs->submit(
             *order, {}, {}, [datasets = *std::move(datasets)] { return unchanged(datasets); });
-        to(job ? created(*job) : no_room(job.error(), target));
+        to(job ? created(*job, origin) : no_room(job.error(), target));
       });
   return std::nullopt;
 }
@@ -219,11 +225,11 @@ void add_process_routes(http::Router& router, const App& app) {
                if (!query.problems.empty())
                  return http::problem_reply(query.problems, request.head.target);
                const ListPage page = list_page(query);
+               const ogc::Asked asked = ogc::asked_of(request, query.words[0]);
                Ordered json = {{"processes", Ordered::array()}};
                std::size_t found = 0;
                for (const Process& p : processes())
-                 if (page.has(found++)) json["processes"].push_back(summary_json(p));
-               const ogc::Asked asked = ogc::asked_of(request, query.words[0]);
+                 if (page.has(found++)) json["processes"].push_back(summary_json(p, asked));
                json["links"] = page_links(asked, page, found);
                return process_list_reply(asked, std::move(json));
              });
@@ -233,7 +239,7 @@ void add_process_routes(http::Router& router, const App& app) {
                if (!p) return no_such_process(request);
                const auto asked = ogc::read_asked(request);
                if (!asked) return asked.error();
-               Ordered json = summary_json(*p);
+               Ordered json = summary_json(*p, *asked);
                json["inputs"] = p->inputs();
                json["outputs"] = p->outputs();
                return process_reply(*asked, std::move(json));

@@ -16,6 +16,7 @@ constexpr std::string_view kNoImage =
 
 /// MapLibre takes absolute addresses only.
 std::string origin_of(const http::Request& request) {
+  if (request.head.host.empty()) return {};
   const bool secure = request.head.fields.find("x-forwarded-proto") == "https";
   return (secure ? "https://" : "http://") + std::string(request.head.host);
 }

@@ -18,7 +18,8 @@
 
 namespace tind::api {
 
-/// "https://maps.example": where the client asked, for addresses that must be absolute.
+/// "https://maps.example": where the client asked, for addresses that must be absolute. Empty where
+/// an old client (HTTP/1.0) does not say.
 std::string origin_of(const http::Request&);
 
 /// The dataset that the path names, which has its DEM; or the 404.

@@ -385,6 +385,9 @@ TEST_F(Elevation, NamesWhatIsWrongWithManyPlaces) {
            Case{"", "text/csv", "", "body"},
            Case{"", "text/csv", "a,b\n1,2\n", "body"},
            Case{"", "text/csv", "lon,lat\n", "body"},
+           Case{"", "text/csv", "lon,lat,lon\n1,2,3\n", "body"},
+           Case{"", "text/csv", "lon,lat,longitude\n1,2,3\n", "body"},
+           Case{"?crs=EPSG:32610", "text/csv", "x,y,lon\n1,2,3\n", "body"},
            Case{"", "text/csv", "lon,lat,\"name\n1,2,x\n", "line 1"},
            Case{"", "text/csv", "lon,lat\n1,2\n1,x\n", "line 3"},
        }) {

@@ -1,5 +1,6 @@
 // Processes and jobs as such, and meshes of areas.
 
+#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -65,9 +66,53 @@ TEST_F(ProcessesApi, ArePagesForPeople) {
     EXPECT_EQ(get(target + "?f=xml").status, 400);
     const Json links = get_json(target)["links"];
     EXPECT_TRUE(std::ranges::any_of(links, [&](const Json& l) {
-      return l["href"] == target + "?f=html";
+      return l["href"] == "http://test" + target + "?f=html";
     })) << links;
   }
+}
+
+/// All of a document, wherever they are.
+std::vector<std::string> hrefs(const Json& document) {
+  std::vector<std::string> all;
+  const Json flat = document.flatten();
+  for (const auto& [path, value] : flat.items())
+    if (path.ends_with("/href")) all.push_back(value);
+  return all;
+}
+
+TEST_F(ProcessesApi, LinksLeadToWhereTheRequestWent) {
+  using testing::AllOf, testing::Each, testing::IsEmpty, testing::Not, testing::StartsWith;
+  const std::string secure = "X-Forwarded-Proto: https\r\n";
+  const auto links = [](const HttpReply& reply) {
+    return hrefs(Json::parse(reply.body, nullptr, false));
+  };
+  const std::string order =
+      R"({"inputs": {"dataset": "rainier", "max_error": 30, "bbox": [-121.78, 46.84, -121.74, 46.87]},
+          "outputs": {"mesh": {}, "report": {}}})";
+  const HttpReply made = execute(order, secure + "Prefer: respond-async\r\n");
+  ASSERT_EQ(made.status, 201) << made.body;
+  EXPECT_THAT(links(made), AllOf(Not(IsEmpty()), Each(StartsWith("https://h/jobs/")))) << made.body;
+  const HttpReply waited = execute(order, secure);
+  EXPECT_THAT(links(waited), AllOf(Not(IsEmpty()), Each(StartsWith("https://h/jobs/"))))
+      << waited.body;
+  const std::string job = made.headers.at("location");
+  ASSERT_EQ(wait_for(job)["status"], "successful");
+  for (const std::string& target :
+       {std::string("/processes"), std::string("/processes?limit=2&offset=2"),
+        std::string("/processes/slope"), std::string("/jobs?limit=1"), job, job + "/results"}) {
+    EXPECT_THAT(links(get(target)), AllOf(Not(IsEmpty()), Each(StartsWith("http://test/"))))
+        << target;
+    EXPECT_THAT(links(get(target, secure)), Each(StartsWith("https://test/"))) << target;
+    const HttpReply whole = get("http://else:81" + target);
+    EXPECT_THAT(links(whole), Each(StartsWith("http://else:81/"))) << target << whole.body;
+    HttpClient old(port());
+    old.send("GET " + target + " HTTP/1.0\r\n\r\n");
+    EXPECT_THAT(links(old.receive()), AllOf(Not(IsEmpty()), Each(StartsWith("/"))))
+        << target << ": who does not say where it asks gets paths";
+  }
+  HttpClient client(port());
+  client.send("DELETE " + job + " HTTP/1.1\r\nHost: h\r\n\r\n");
+  EXPECT_THAT(links(client.receive()), AllOf(Not(IsEmpty()), Each(StartsWith("http://h/jobs/"))));
 }
 
 TEST_F(ProcessesApi, AMeshOfAnAreaIsTheAnswerOfWhoeverWaits) {

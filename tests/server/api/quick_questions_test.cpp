@@ -4,7 +4,7 @@
 #include "server/api/elevation/lookups.h"
 #include "terrain/analysis/heights_at.h"
 #include "terrain/pyramid/plan/flight_plan.h"
-#include "tests/server/api/api_fixture.h"
+#include "tests/server/api/processes_fixture.h"
 #include "tests/support/vast_source.h"
 
 namespace tind::api {
@@ -115,6 +115,16 @@ TEST_F(QuickQuestionsOf, APlanIsOfTheHighestGroundAllTheSame) {
   const Surface surface(large_);
   body["ground_m"] = *highest_ground(&surface, places_of(flight));
   EXPECT_EQ(post("/plan/large", body.dump()).body, reply.body);
+}
+
+TEST_F(ProcessesApi, LargeOrdersKeepNoQuestionWaiting) {
+  std::vector<services::CpuPool::Permit> held;
+  while (auto permit = pool_.admit(Work::batch)) held.push_back(std::move(*permit));
+  const auto order = [](int n) { return inputs(list(R"("breaklines": [)", n, "0", ",", "]")); };
+  EXPECT_EQ(execute(order(9)).status, 400);
+  EXPECT_EQ(execute(order(9'000)).status, 503) << "reading it would take its time";
+  held.clear();
+  EXPECT_EQ(execute(order(9'000)).status, 400);
 }
 
 }  // namespace
