@@ -8,6 +8,7 @@
 #include "proto/mesh/mesh_io.h"
 #include "proto/text_scan.h"
 #include "terrain/base/bytes.h"
+#include "terrain/base/keyed_hash.h"
 #include "terrain/base/lower_case.h"
 
 namespace tind::proto {
@@ -35,11 +36,8 @@ class Welder {
 
   static std::uint64_t hash(const Position& p) {
     std::uint64_t h = 0;
-    for (const double x : p) {
-      h ^= std::bit_cast<std::uint64_t>(x + 0.0);  // -0 and 0 are one place
-      h *= 0x9e3779b97f4a7c15ull;
-      h ^= h >> 32;
-    }
+    for (const double x : p)
+      h = keyed_hash(h ^ std::bit_cast<std::uint64_t>(x + 0.0));  // -0 and 0 are one place
     return h;
   }
   std::uint32_t& find(const Position& p) {
@@ -121,6 +119,7 @@ Result<Mesh> decode_ascii(std::string_view bytes) {
       if (loop.size() < 3) return reject("a loop needs three vertices");
       for (std::size_t i = 2; i < loop.size(); ++i)
         add_triangle(mesh, welder, loop[0], loop[i - 1], loop[i]);
+      loop.clear();  // it is one loop, however often its end is said
     }
   }
   if (!ended) return fail(Errc::bad_data, "STL: cut off, there is no endsolid");

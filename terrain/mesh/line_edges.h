@@ -5,6 +5,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include "terrain/base/keyed_hash.h"
+
 namespace tind {
 
 /// Empty, it costs one comparison; and a vertex off all lines one bit.
@@ -25,7 +27,8 @@ class LineEdges {
   void remove(Index a, Index b) { pairs_.erase(key(a, b)); }
 
  private:
-  std::unordered_set<std::uint64_t> pairs_;  // asked, never walked: its order shows nowhere
+  std::unordered_set<std::uint64_t, KeyedHash>
+      pairs_;  // asked, never walked: its order shows nowhere
   std::vector<bool> touched_;
 
   static std::uint64_t key(Index a, Index b) {

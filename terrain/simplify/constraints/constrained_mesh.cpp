@@ -6,6 +6,7 @@
 #include <map>
 #include <unordered_set>
 
+#include "terrain/base/keyed_hash.h"
 #include "terrain/mesh/exact_line.h"
 #include "terrain/mesh/manifold.h"
 #include "terrain/simplify/constraints/cell_cover.h"
@@ -201,7 +202,7 @@ class ConstrainedMesher {
   /// Puts aside the parts that no triangle has as its edge.
   void keep_parts() {
     Tin& mesh = out_.mesh;
-    std::unordered_set<std::uint64_t> edges;
+    std::unordered_set<std::uint64_t, KeyedHash> edges;
     const auto key = [](Index a, Index b) {
       return std::uint64_t(std::min(a, b)) << 32 | std::max(a, b);
     };

@@ -117,6 +117,9 @@ TEST(MeshIo, AsciiStl) {
                       "VERTEX 1 0 0\nVERTEX 0 1 0\n ENDLOOP\nENDFACET\nENDSOLID A\n"));
   EXPECT_THAT(shouted.triangles, ElementsAre(Triangle{0, 1, 2}));
   EXPECT_THAT(decode_stl("solid a\nouter loop\nvertex 1 2\n").error().what, HasSubstr("line 3"));
+  const std::string loop = "solid\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n";
+  EXPECT_THAT(decode_stl(loop + "endloop\nendsolid\n").error().what, HasSubstr("line 7"))
+      << "its triangles would be there twice";
 }
 
 TEST(MeshIo, AsciiPlyWithEverything) {
