@@ -1,5 +1,7 @@
-// LandXML's surfaces, read as a stream of tags by expat: which never opens another file, and bounds
-// what entities may grow to. Numbers of points hold inside their surface; faces may name any of it.
+// LandXML's surfaces, read as a stream of tags by expat. Numbers of points hold inside their
+// surface; faces may name any of it. Nothing of a file stands elsewhere: one with entities of its
+// own, or with a part in another file, is refused, for expat leaves out what it does not read, and
+// 14&z; would be 14.
 
 #include <expat.h>
 
@@ -26,6 +28,8 @@ class LandXmlReader {
     XML_SetUserData(parser_, this);
     XML_SetElementHandler(parser_, on_start, on_end);
     XML_SetCharacterDataHandler(parser_, on_text);
+    XML_SetEntityDeclHandler(parser_, on_entity);
+    XML_SetNotStandaloneHandler(parser_, on_other_file);
     // expat counts with int; and parts as large as may be, as it begins a token that spans several
     // again with each of them.
     constexpr std::size_t kPart = 1 << 30;
@@ -68,6 +72,17 @@ class LandXmlReader {
     auto& reader = *static_cast<LandXmlReader*>(self);
     if ((reader.in_point_ || reader.in_face_) && reader.within_ == 0)
       reader.text_.append(text, std::size_t(size));
+  }
+
+  static void on_entity(void* self, const char*, int, const char*, int, const char*, const char*,
+                        const char*, const char*) {
+    static_cast<LandXmlReader*>(self)->reject(
+        "its DOCTYPE declares entities, which are not read: write out what they stand for");
+  }
+  static int on_other_file(void* self) {
+    static_cast<LandXmlReader*>(self)->reject(
+        "its DOCTYPE leads to another file, which is not read: leave the DOCTYPE out");
+    return XML_STATUS_ERROR;
   }
 
   /// Without a namespace's prefix.

@@ -223,8 +223,36 @@ TEST(MeshFormats, LandXmlOfOtherMakers) {
            {head + "<Surface>" + points +
                 "<Faces><F>4 7 8</F></Faces></Surface></Surfaces></LandXML>",
             "point 8"},
-           {"<!DOCTYPE a [<!ENTITY e SYSTEM \"/etc/passwd\">]><LandXML>&e;</LandXML>", "LandXML"}})
+           {"<!DOCTYPE a [<!ENTITY e SYSTEM \"/etc/passwd\">]><LandXML>&e;</LandXML>", "entities"}})
     EXPECT_THAT(decode_landxml(text).error().what, HasSubstr(why)) << text;
+}
+
+TEST(MeshFormats, LandXmlHasAllOfItsNumbersInTheFile) {
+  // Read as 14 where only what is in the file counts.
+  const auto landxml = [](const std::string& before, const std::string& z = "14&z;",
+                          const std::string& unit = "meter") {
+    return decode_landxml(
+        before + "<LandXML><Units><Metric linearUnit=\"" + unit +
+        "\"/></Units><Surfaces><Surface><Pnts><P id=\"1\">0 0 " + z +
+        "</P><P id=\"2\">0 1 1</P><P id=\"3\">1 0 1</P></Pnts><Faces><F>1 2 3</F></Faces></Surface>"
+        "</Surfaces></LandXML>");
+  };
+  EXPECT_EQ(must(landxml("", "14")).positions[0][2], 14);
+  EXPECT_EQ(must(landxml("<!DOCTYPE LandXML>", "1&#52;")).positions[0][2], 14);
+  for (const char* doctype :
+       {"<!DOCTYPE l [<!ENTITY z SYSTEM \"rest.txt\">]>", "<!DOCTYPE l [<!ENTITY z \"0\">]>",
+        "<!DOCTYPE l [<!ENTITY % p SYSTEM \"rest.dtd\">%p;]>",
+        "<!DOCTYPE l [<!ENTITY % p SYSTEM \"rest.dtd\">%p;<!ENTITY z \"0\">]>"})
+    EXPECT_THAT(landxml(doctype).error().what, HasSubstr("declares entities")) << doctype;
+  const std::string elsewhere = "<!DOCTYPE l SYSTEM \"rest.dtd\">";
+  for (const auto& read : {landxml(elsewhere), landxml(elsewhere, "14", "me&z;ter"),
+                           landxml("<!DOCTYPE l PUBLIC \"-//L\" \"rest.dtd\">", "14")})
+    EXPECT_THAT(read.error().what, HasSubstr("another file"));
+  const std::string alone = "<?xml version=\"1.0\" standalone=\"yes\"?>" + elsewhere;
+  EXPECT_EQ(must(landxml(alone, "14")).positions[0][2], 14) << "which says so itself";
+  for (const auto& read :
+       {landxml(""), landxml("<!DOCTYPE l>"), landxml(alone), landxml(alone, "14", "me&z;ter")})
+    EXPECT_THAT(read.error().what, HasSubstr("undefined entity"));
 }
 
 TEST(MeshFormats, LandXmlNamesTheSurfacesThatItsFacesAreOf) {
