@@ -68,35 +68,66 @@ struct Forbidden {
   std::string why;
 };
 
+/// Follows a text outside of its strings and comments: where it stands, and how deep.
+class Outside {
+ public:
+  /// The brackets that are open, and the dots of their keys and of this one.
+  std::size_t depth() const { return depth_; }
+  /// Whether a quote begins a string here. In the middle of a word it begins none; to toml++ it is
+  /// part of the word, and so is what follows.
+  bool may_begin_string() const {
+    return std::string_view("\n=,[{").contains(last_) || (last_ == '.' && in_key_);
+  }
+  void see(char c) {
+    if (c == ' ' || c == '\t' || c == '\r') return;
+    last_ = c;
+    if (c == '[' || c == '{') {
+      open_.push_back({c, depth_++});
+      in_key_ = in_key_ || c == '{';  // the [ of a header
+    } else if (c == ']' || c == '}') {
+      if (!open_.empty()) depth_ = open_.back().depth, open_.pop_back();
+    } else if (c == ',' || c == '\n') {
+      depth_ = open_.empty() ? 0 : open_.back().depth + 1;
+      in_key_ = open_.empty() || (c == ',' ? open_.back().bracket == '{' : in_key_);
+    } else if (c == '.') {
+      ++depth_;
+    } else if (c == '=') {
+      in_key_ = false;
+    }
+  }
+
+ private:
+  struct Open {
+    char bracket;
+    std::size_t depth;  // how deep it stands
+  };
+  std::vector<Open> open_;
+  std::size_t depth_ = 0;
+  char last_ = '\n';  // but for blanks
+  bool in_key_ = true;
+};
+
 /// The first line whose brackets and dots are nested more than kDeepest deep; the tree goes a few
 /// times as deep at most: a key stands below its header, and a part of a header may be a list of
 /// tables. Or the first with other than ASCII, which TOML has none of, and which toml++ 3.3 takes
 /// for unreachable.
 std::optional<Forbidden> forbidden_in(std::string_view text) {
-  std::vector<std::size_t> outside;  // by open bracket: how deep it stands
-  std::size_t depth = 0;             // the brackets, and the dots of their keys and of this one
+  Outside outside;
   int line = 1;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t begin = at;
     const char c = text[at++];
-    const std::size_t floor = outside.empty() ? 0 : outside.back() + 1;
     if (c == '"' || c == '\'') {
+      if (!outside.may_begin_string())
+        return Forbidden{line, "a quote stands in the middle of a word, or behind one"};
       at = behind_string(text, begin);
     } else if (c == '#') {
       at = std::min(text.find('\n', at), text.size());
-    } else if (c == '[' || c == '{') {
-      outside.push_back(depth++);
-    } else if ((c == ']' || c == '}') && !outside.empty()) {
-      depth = outside.back();
-      outside.pop_back();
-    } else if (c == ',' || c == '\n') {
-      depth = floor;
-    } else if (c == '.') {
-      ++depth;
     } else if (static_cast<unsigned char>(c) > 127) {
       return Forbidden{line, "letters other than a to z stand in quotes, keys as well"};
     }
-    if (depth > kDeepest)
+    if (c != '#') outside.see(c);
+    if (outside.depth() > kDeepest)
       return Forbidden{line,
                        fmt::format("is nested more than {} deep, and no settings are", kDeepest)};
     line += int(

@@ -87,5 +87,18 @@ TEST(TomlFile, LettersThatAreNotAsciiStandInQuotes) {
             "e");
 }
 
+/// Nor what follows a quote that begins no string, which a word of toml++'s goes on with.
+TEST(TomlFile, QuotesBeginAStringWhereOneMayBe) {
+  for (const char* wrong : {"a = 1b\"\"\"\xd1\x9e", "a = 1.\"\xd1\x9e\"", "a = [1,\n2'\xd1\x9e']",
+                            "a\"b\" = 1", "a = 'b''c'", "a = \"b\" 'c'"}) {
+    const auto read = parse_toml(wrong, "t");
+    ASSERT_FALSE(read) << wrong;
+    EXPECT_NE(read.error().what.find("a quote stands"), std::string::npos) << read.error().what;
+  }
+  EXPECT_EQ(
+      error("[ \"a\" . 'b' ]\nc.\"d\" = {\"e\".'f' = [\t'g', # h\n \"i\"], 'j' = ''}\n\"k\" = 1"),
+      "");
+}
+
 }  // namespace
 }  // namespace tind::services
