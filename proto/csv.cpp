@@ -36,6 +36,52 @@ void each_field(std::string_view line, F&& f) {
   f(field, column);
 }
 
+enum Kind { kLon, kLat, kX, kY, kEasting, kNorthing, kKinds };  // pair by pair, east first
+
+/// The columns of a head line that are called after coordinates.
+struct NamedColumns {
+  struct Named {
+    std::optional<std::size_t> column;
+    std::string_view name, again;  // of another of that kind
+  };
+  std::array<Named, kKinds> of;
+  std::size_t count = 0;  // of all columns
+};
+
+NamedColumns named_columns(std::string_view head) {
+  static constexpr std::pair<std::string_view, Kind> kNames[] = {{"lon", kLon},
+                                                                 {"longitude", kLon},
+                                                                 {"lng", kLon},
+                                                                 {"long", kLon},
+                                                                 {"lat", kLat},
+                                                                 {"latitude", kLat},
+                                                                 {"x", kX},
+                                                                 {"y", kY},
+                                                                 {"easting", kEasting},
+                                                                 {"e", kEasting},
+                                                                 {"northing", kNorthing},
+                                                                 {"n", kNorthing}};
+  NamedColumns found;
+  each_field(head, [&](std::string& field, std::size_t column) {
+    found.count = column + 1;
+    const std::string own = trimmed_lower(std::move(field));
+    for (const auto& [name, kind] : kNames) {
+      if (name != own) continue;
+      if (found.of[kind].column)
+        found.of[kind].again = name;
+      else
+        found.of[kind] = {column, name, {}};
+    }
+  });
+  return found;
+}
+
+std::unexpected<Error> named_twice(std::string_view one, std::string_view other) {
+  return fail(Errc::bad_data, "names one coordinate twice, as " + std::string(one) + " and as " +
+                                  std::string(other) + ": rename one of these columns, or leave " +
+                                  "it out");
+}
+
 }  // namespace
 
 std::vector<std::string> fields_of(std::string_view line) {
@@ -64,36 +110,24 @@ std::optional<double> number(std::string_view field) {
   return value;
 }
 
-std::optional<PlaceColumns> PlaceColumns::in(std::string_view head, bool degrees) {
-  enum Kind { kLon, kLat, kX, kY, kEasting, kNorthing, kKinds };
-  static constexpr std::pair<std::string_view, Kind> kNames[] = {{"lon", kLon},
-                                                                 {"longitude", kLon},
-                                                                 {"lng", kLon},
-                                                                 {"long", kLon},
-                                                                 {"lat", kLat},
-                                                                 {"latitude", kLat},
-                                                                 {"x", kX},
-                                                                 {"y", kY},
-                                                                 {"easting", kEasting},
-                                                                 {"e", kEasting},
-                                                                 {"northing", kNorthing},
-                                                                 {"n", kNorthing}};
-  std::array<std::optional<std::size_t>, kKinds> first;
-  PlaceColumns columns;
-  each_field(head, [&](std::string& field, std::size_t column) {
-    columns.count = column + 1;
-    const std::string own = trimmed_lower(std::move(field));
-    for (const auto& [name, kind] : kNames)
-      if (name == own && !first[kind]) first[kind] = column;
-  });
-  const auto are = [&](Kind x, Kind y) {
-    if (!first[x] || !first[y]) return false;
-    columns.x = *first[x], columns.y = *first[y];
-    return true;
-  };
-  if ((degrees && are(kLon, kLat)) || are(kX, kY) || are(kEasting, kNorthing) || are(kLon, kLat))
-    return columns;
-  return {};
+Result<PlaceColumns> PlaceColumns::in(std::string_view head, bool degrees) {
+  static constexpr Kind kOfDegrees[] = {kLon, kX, kEasting}, kOfMetres[] = {kX, kEasting, kLon};
+  const NamedColumns found = named_columns(head);
+  const auto has = [&](int kind) { return found.of[kind].column.has_value(); };
+  const auto pair = std::ranges::find_if(degrees ? kOfDegrees : kOfMetres,
+                                         [&](Kind x) { return has(x) && has(x + 1); });
+  if (pair == std::end(degrees ? kOfDegrees : kOfMetres))
+    return fail(Errc::bad_data, std::string("must name the columns ") + kPlaceColumns +
+                                    ", with commas between them");
+  for (int kind = 0; kind < kKinds; ++kind) {
+    if (!has(kind)) continue;
+    const NamedColumns::Named& one = found.of[kind];
+    if (!one.again.empty()) return named_twice(one.name, one.again);
+    const bool is_anything = one.name == "e" || one.name == "n";
+    if (!has(kind ^ 1) && !is_anything)
+      return named_twice(found.of[*pair + kind % 2].name, one.name);
+  }
+  return PlaceColumns{*found.of[*pair].column, *found.of[*pair + 1].column, found.count};
 }
 
 PlaceFields PlaceColumns::of(std::string_view line) const {

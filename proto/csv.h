@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "terrain/base/result.h"
+
 namespace tind::csv {
 
 /// The fields of a line; of quoted ones what stands between the quotes. 32 bytes a field and more,
@@ -35,9 +37,11 @@ struct PlaceColumns {
   std::size_t x = 0, y = 0;
   std::size_t count = 0;  // of all columns
 
-  /// By a head line; nothing where it names no two of them. Where it has longitudes and latitudes
-  /// and others beside them, `degrees` says which.
-  static std::optional<PlaceColumns> in(std::string_view head, bool degrees);
+  /// By a head line. Where it names several pairs, lon and lat count with `degrees`; without, x and
+  /// y, else easting and northing. Fails (bad_data, in words to go on after "the first line") where
+  /// it names no pair, and where it names a coordinate twice and not as two pairs ("lon,lat,lon",
+  /// "x,y,lon"): who wrote it meant one of them. A lone e or n may be anything.
+  static Result<PlaceColumns> in(std::string_view head, bool degrees);
 
   /// Keeps no fields: a line takes no more memory than it is long.
   PlaceFields of(std::string_view line) const;

@@ -58,11 +58,20 @@ TEST(Csv, ALineSaysItsPlaceAndHowManyFieldsItHas) {
   EXPECT_EQ(columns->of(std::string(1000, ',')).count, 1001u);
 }
 
-TEST(Csv, OfColumnsOfOneNameTheFirstCounts) {
-  const auto columns = PlaceColumns::in("lat,lon,lat,longitude", true);
-  ASSERT_TRUE(columns);
-  EXPECT_EQ(columns->x, 1u);
-  EXPECT_EQ(columns->y, 0u);
+TEST(Csv, ACoordinateIsNotThereTwice) {
+  for (const char* head : {"lon,lat,lon", "lon,lat,longitude", "lat,lon,LAT", "x,y,lon", "x,y,lat",
+                           "lon,lat,x", "lon,y,lat", "x,y,x", "e,n,easting", "lon,lat,n,northing",
+                           "lon,lat,easting", "x,y,lon,lat,lng", "lon,lat,e,n,e"})
+    for (const bool degrees : {true, false})
+      EXPECT_FALSE(PlaceColumns::in(head, degrees)) << head << degrees;
+  const std::string why = PlaceColumns::in("id,Longitude,lat,lon", true).error().what;
+  EXPECT_NE(why.find("as longitude and as lon:"), std::string::npos) << why;
+  for (const char* head : {"x,y,lon,lat", "lat,y,lon,x", "easting,northing,lon,lat", "e,n,x,y",
+                           "e,n,x,y,lon,lat", "lon,lat,n", "e,lat,lon", "lon,lat,name,name,,"})
+    for (const bool degrees : {true, false})
+      EXPECT_TRUE(PlaceColumns::in(head, degrees)) << head << degrees;
+  EXPECT_EQ(PlaceColumns::in("e,n,x,y", true)->x, 2u) << "x and y before easting and northing";
+  EXPECT_EQ(PlaceColumns::in("lon,lat,e,n", false)->y, 3u);
 }
 
 TEST(Csv, NoColumnIsThereTwice) {

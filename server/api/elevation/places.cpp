@@ -264,8 +264,7 @@ class CsvPlaces : public PlacesDocument {
     }
     const auto found = csv::PlaceColumns::in(head_, degrees_);
     if (!found) {
-      problems.add("body", std::string("its first line must name the columns ") +
-                               csv::kPlaceColumns + ", with commas between them");
+      problems.add("body", "its first line " + found.error().what);
       return false;
     }
     columns_ = *found;

@@ -61,11 +61,25 @@ TEST_F(Elevation, WhatIsAddedStandsInItsOwnColumns) {
             "-121.76,46.85,a,4317.0,value\n");
   for (const auto& [wrong, why] :
        {std::pair{"lon,lat\n-121.76,46.85,a\n", "line 2 has more fields than the first line"},
-        std::pair{"lon,lat,height_m\n-121.76,46.85,4\n", "line 1 has a column height_m already"}}) {
+        std::pair{"lon,lat,height_m\n-121.76,46.85,4\n", "line 1 has a column height_m already"},
+        std::pair{"lon,lat,longitude\n-121.76,46.85,-121.7\n",
+                  "line 1 names one coordinate twice, as lon and as longitude"},
+        std::pair{"x,y,lon\n-121.76,46.85,-121.7\n",
+                  "line 1 names one coordinate twice, as x and as lon"}}) {
     const auto ran = run_tind("elevation " + dem_ + " --places " + table(wrong));
     EXPECT_EQ(ran.code, 65);
     EXPECT_NE(ran.out.find(why), std::string::npos) << ran.out;
   }
+}
+
+TEST_F(Elevation, OfTwoPairsOfColumnsTheOneInTheSystemCounts) {
+  const std::string in = table("x,y,lon,lat\n594538,5189400,-121.76,46.85\n");
+  const std::string line = "594538,5189400,-121.76,46.85,";
+  const auto degrees = run_tind("elevation " + dem_ + " --places " + in);
+  EXPECT_NE(degrees.answer.find(line + "4317.0,value"), std::string::npos) << degrees.out;
+  const auto metres =
+      run_tind("elevation " + dem_ + " --places " + in + " --places-crs EPSG:32610");
+  EXPECT_NE(metres.answer.find(",value\n"), std::string::npos) << metres.out;
 }
 
 TEST_F(Elevation, ALongTableIsReadInPartsAndStaysInOrder) {

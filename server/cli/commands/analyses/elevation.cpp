@@ -176,9 +176,7 @@ class Table {
     if (head.starts_with("\xef\xbb\xbf")) head.erase(0, 3);
     if (csv::has_open_quote(head)) return wrong(number_, csv::kOpenQuote);
     const auto columns = csv::PlaceColumns::in(head, is_geographic(a_.crs));
-    if (!columns)
-      return wrong(1, std::string("must name the columns ") + csv::kPlaceColumns +
-                          ", with commas between them");
+    if (!columns) return wrong(1, columns.error().what);
     columns_ = *columns;
     const std::string added = asked_.tiles ? "height_m,coverage,max_error_m" : "height_m,coverage";
     if (const std::string why = csv::why_no_columns(head, added); !why.empty())
