@@ -3,10 +3,14 @@
 
 #include "terrain/pyramid/build/repair.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "terrain/pyramid/build/build.h"
 #include "terrain/pyramid/plan/tile_method.h"
@@ -19,21 +23,121 @@ namespace {
 
 constexpr std::uint64_t kMostHeld = 4ull << 30;  // bytes of an archive's tiles that are made again
 
+using Differences = std::vector<std::string>;
+
+std::string counted(std::size_t n, const char* what) {
+  return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+}
+
+/// What of one layer's options is other than then; of an upper one, how far it bends those below.
+void compare_options(const LayerRecord& was, const LayerRecord& is, const std::string& layer,
+                     Differences& found) {
+  if (was.blend_m != is.blend_m)
+    found.push_back(
+        fmt::format("layer {} bent what lies below over {:.6g} m, not {:.6g} m: "
+                    "say --blend {}={}",
+                    layer, was.blend_m, is.blend_m, layer, was.blend_m));
+  if (was.max_error_m == is.max_error_m) return;
+  if (was.max_error_m > 0)
+    found.push_back(fmt::format("layer {} had an error of its own: say --layer-error {}={}", layer,
+                                layer, was.max_error_m));
+  else
+    found.push_back(
+        fmt::format("layer {} had no error of its own: leave its --layer-error out", layer));
+}
+
+/// What of the layers is other than then. Their names are no part of the record: those of today.
+void compare_layers(const BuildRecord& store, const BuildRecord& made, const Surface& surface,
+                    Differences& found) {
+  const std::size_t count = made.layers.size();
+  if (store.layers.size() != count) {
+    found.push_back(
+        fmt::format("they were made of {}, not of {}: name the same files, or the same --layer",
+                    counted(store.layers.size(), "layer"), counted(count, "layer")));
+    return;
+  }
+  const bool same_datum = store.vertical_datum == made.vertical_datum;  // a part of every `crs`
+  const auto other_posts = [&](const LayerRecord& was, const LayerRecord& is) {
+    return store.grid != made.grid &&
+           (was.post_to_crs != is.post_to_crs || was.cols != is.cols || was.rows != is.rows ||
+            (same_datum && !was.same_lattice(is)));
+  };
+  for (std::size_t k = 0; k < count; ++k) {
+    const LayerRecord &was = store.layers[k], &is = made.layers[k];
+    const std::string& name = surface.layers()[k].name;
+    const std::string of_layer = count == 1 ? "" : " of layer " + name;
+    if (was.files != is.files)
+      found.push_back(fmt::format("the posts{} were those of {}, not of {}: name the same files",
+                                  of_layer, counted(std::size_t(was.files), "file"),
+                                  counted(std::size_t(is.files), "file")));
+    else if (other_posts(was, is))
+      found.push_back(
+          fmt::format("the posts{} lie elsewhere, or their heights mean something else: name the "
+                      "same files, with the same options of DEMs{}",
+                      of_layer, count == 1 ? "" : " and --layer-option"));
+    compare_options(was, is, name, found);
+  }
+}
+
+/// What of the lines, the polygons and the water is other than then. Only what becomes level or an
+/// edge has levels, so these tell --flatten and --breaklines from the others.
+void compare_shapes(const BuildRecord& store, const BuildRecord& made, Differences& found) {
+  if (store.shapes == made.shapes) return;
+  const bool had_lines = !store.shape_levels.empty(), has_lines = !made.shape_levels.empty();
+  if (store.shapes.empty())
+    found.push_back(
+        "they were made without lines, polygons and water: leave --breaklines, --flatten, "
+        "--boundary and --water out");
+  else if (had_lines && !has_lines)
+    found.push_back(
+        "they were made with lines or level polygons, of which none is named: repeat --breaklines "
+        "and --flatten of the build, and its --boundary, --water and --line-heights if it had any");
+  else if (made.shapes.empty())
+    found.push_back(
+        "they were made with a boundary or with water, which is not named: repeat --boundary and "
+        "--water of the build");
+  else if (has_lines && !had_lines)
+    found.push_back(
+        "they were made without lines and level polygons: leave --breaklines and --flatten out, "
+        "and repeat --boundary and --water of the build");
+  else
+    found.push_back(
+        "they were made with other lines, polygons or water, or by a version of tind that took "
+        "these otherwise: repeat --breaklines, --flatten, --boundary, --water and --line-heights "
+        "of the build, the files in their order");
+}
+
 /// What keeps tiles of the one record from being made again by what made the other; empty: nothing.
-std::string difference(const BuildRecord& store, const BuildRecord& made) {
+std::string difference(const BuildRecord& store, const BuildRecord& made, const Surface& surface) {
   if (encode(store) == encode(made)) return {};
   // Of one file and of several, tiles are made otherwise: that is no other version.
   const bool one_and_several = (store.layer_epoch == 0) != (made.layer_epoch == 0);
   if (store.epoch != made.epoch || (store.layer_epoch != made.layer_epoch && !one_and_several))
     return "another version of tind made them, which made other bytes of the same posts";
-  if (store.grid != made.grid || one_and_several)
-    return "the posts lie elsewhere, or their heights mean something else: name the same files, "
-           "with the same options of DEMs";
-  if (store.heights != made.heights)
-    return "the heights are others by now: tind build updates them";
-  if (store.shapes != made.shapes || store.shape_levels != made.shape_levels)
-    return "they have other lines or water: name the same files of shapes";
-  return "their record has other layers or options than these make";
+  Differences found;
+  if (!store.vertical_datum.empty() && store.vertical_datum != made.vertical_datum)
+    found.push_back(
+        fmt::format("the datum of their heights is {}, not {}: repeat --from-datum and --to-datum "
+                    "of the build",
+                    store.vertical_datum, made.vertical_datum));
+  if (!store.layers.empty()) compare_layers(store, made, surface, found);
+  if (found.empty() && (store.grid != made.grid || one_and_several))
+    found.push_back(
+        "the posts lie elsewhere, or their heights mean something else, or layers meet otherwise: "
+        "name the same files, with the same options of DEMs, --layer-option, --blend and "
+        "--layer-error");
+  compare_shapes(store, made, found);
+  // Last, as all of those make other heights, too, of files that nobody has changed.
+  if (found.empty() && store.heights != made.heights)
+    found.push_back(
+        "the heights are others by now, or they were read otherwise: repeat the options of DEMs "
+        "(--from-datum, --nodata, --band, --encoding, --scale, --offset, --layer-option) of the "
+        "build; if it is the files that changed, tind build with its options updates the tiles");
+  if (found.empty())
+    found.push_back(
+        "their record has other layers or options than these make, or PROJ places these posts "
+        "otherwise by now");
+  return fmt::format("{}", fmt::join(found, "; "));
 }
 
 /// A text of layer.json that is as it was, or what the plan says.
@@ -157,12 +261,16 @@ class MendedFolder : public TileWriter {
 
 class MendedLock : public LockedStore {
  public:
-  MendedLock(std::string location, BuildRecord record, std::unique_ptr<LockedStore> folder)
-      : location_(std::move(location)), record_(std::move(record)), folder_(std::move(folder)) {}
+  MendedLock(std::string location, BuildRecord record, Surface surface,
+             std::unique_ptr<LockedStore> folder)
+      : location_(std::move(location)),
+        record_(std::move(record)),
+        surface_(std::move(surface)),
+        folder_(std::move(folder)) {}
 
   Result<std::unique_ptr<TileWriter>> claim(const TileWork& work,
                                             const Progress& progress) override {
-    if (const std::string why = difference(record_, work.record); !why.empty())
+    if (const std::string why = difference(record_, work.record, surface_); !why.empty())
       return fail(Errc::invalid_argument,
                   location_ + ": its tiles cannot be made again of this source: " + why);
     if (!folder_) return std::make_unique<MendedArchive>(location_, work);
@@ -174,6 +282,7 @@ class MendedLock : public LockedStore {
  private:
   const std::string location_;
   const BuildRecord record_;
+  const Surface surface_;
   const std::unique_ptr<LockedStore> folder_;  // null: an archive
 };
 
@@ -226,7 +335,7 @@ Result<RepairReport> repair_tiles(const Surface& surface, const std::string& loc
       if (!*now || encode(**now) != encode(*record))
         return fail(Errc::busy, location + " has just got other tiles: run it again");
     }
-    return std::make_unique<MendedLock>(location, *record, std::move(folder));
+    return std::make_unique<MendedLock>(location, *record, surface, std::move(folder));
   };
   const auto built = build_tiles(surface, o, progress);
   if (!built) return std::unexpected(built.error());

@@ -23,8 +23,10 @@ struct RepairReport {
 /// Makes the tiles that are not there as they were written, and what the store keeps beside them;
 /// the others stay. A directory is mended tile by tile, an archive is written anew and takes the
 /// old one's place. The result is what was there before it broke, byte for byte. Fails
-/// (invalid_argument), with nothing changed, unless the surface is what the tiles were made of, and
-/// where there is no record. What tind did not make is not touched.
+/// (invalid_argument), with nothing changed, unless the surface is what the tiles were made of: its
+/// files, lines and water, and the options with which they were read and layers were joined, of
+/// which the record has only enough to name those that are missing. Fails (bad_data) where there is
+/// no record. What tind did not make is not touched.
 Result<RepairReport> repair_tiles(const Surface&, const std::string& location, int threads = 0,
                                   const Progress& = {});
 

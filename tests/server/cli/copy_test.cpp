@@ -9,6 +9,7 @@
 #include "terrain/base/file_io.h"
 #include "terrain/store/folder/folder_lock.h"
 #include "tests/support/program_json.h"
+#include "tests/support/shapes_file.h"
 
 namespace tind {
 namespace {
@@ -157,6 +158,60 @@ TEST_F(Copies, OfAnotherSourceNothingIsMended) {
     EXPECT_THAT(other.out, HasSubstr("cannot be made again of this source"));
     EXPECT_TRUE(*read_whole_file(broken) == bad);
   }
+}
+
+TEST_F(Copies, WhatWasFoundIsSaidThoughItCannotBeMended) {
+  const std::string at = file("found");
+  ASSERT_EQ(copy(tiles(), at).code, 0);
+  fs::remove(at + "/10/330/778.terrain");
+  const std::string again = "verify " + at + " --repair --source ";
+  for (const auto& [source, code] :
+       {std::pair{test::testdata("bigtujunga_crop.tif"), 2}, {file("no such.tif"), 69}}) {
+    const auto text = test::run_tind(again + "'" + source + "'");
+    EXPECT_EQ(text.code, code) << text.out;
+    EXPECT_THAT(text.answer, HasSubstr("1 missing: 10/330/778"));
+    const auto said = test::run_tind(again + "'" + source + "' --json");
+    EXPECT_EQ(said.code, code) << said.out;
+    const auto found = json_of(said);
+    ASSERT_TRUE(found.is_object()) << said.out;
+    EXPECT_EQ(found, json_of(test::run_tind("verify " + at + " --json")));
+    EXPECT_EQ(found["ok"], false);
+    EXPECT_EQ(found["missing"]["tiles"][0], "10/330/778");
+  }
+}
+
+TEST_F(Copies, WhatARefusedRepairAsksForMendsTheTiles) {
+  const auto sheet = [&](const char* name, int posts, double corner, double step) {
+    std::ofstream out(file(name));
+    out << "ncols " << posts << "\nnrows " << posts << "\nxllcenter " << 7 + corner
+        << "\nyllcenter " << 46 + corner << "\ncellsize " << step << "\n";
+    for (int i = 0; i < posts * posts; ++i)
+      out << (i * 7) % 31 + i / posts << ((i + 1) % posts ? " " : "\n");
+    return file(name);
+  };
+  test::ShapesFile lake("copies-lake");
+  lake.polygon({test::square(7.03, 46.03, 0.02)});
+  const std::string layers = " --layer a=" + sheet("coarse.asc", 33, 0, 0.00390625) +
+                             " --layer b=" + sheet("fine.asc", 65, 0.0234375, 0.0009765625) +
+                             " --crs EPSG:4326 --from-datum ellipsoid";
+  const std::string shapes = " --flatten " + lake.write() + " --water " + lake.write();
+  const std::string joined = " --layer-error a=50 --blend b=100.5";
+  const std::string at = file("asked"), again = "verify " + at + " --repair" + layers;
+  const auto built = test::run_tind("build" + layers + shapes + joined + " --deepest 9 -o " + at);
+  ASSERT_EQ(built.code, 0) << built.out;
+  std::string tile;
+  for (const auto& entry : fs::recursive_directory_iterator(at))
+    if (entry.path().extension() == ".terrain") tile = entry.path();
+  const std::string good = *read_whole_file(tile);
+  fs::remove(tile);
+  const auto bare = test::run_tind(again);
+  EXPECT_EQ(bare.code, 2);
+  for (const char* option : {"--layer-error a=50", "--blend b=100.5", "--flatten", "--water"})
+    EXPECT_THAT(bare.out, HasSubstr(option));
+  EXPECT_FALSE(fs::exists(tile));
+  const auto mended = test::run_tind(again + shapes + joined);
+  EXPECT_EQ(mended.code, 0) << mended.out;
+  EXPECT_TRUE(read_whole_file(tile).value_or("") == good);
 }
 
 TEST_F(Copies, MissingTilesComeBackAndForeignOnesAreNamed) {

@@ -18,13 +18,18 @@
 #include "terrain/pyramid/build/build.h"
 #include "terrain/store/copy/copy_store.h"
 #include "terrain/store/open/open_store.h"
+#include "terrain/surface/open_surface.h"
+#include "tests/support/layered_world.h"
 #include "tests/support/made_up_source.h"
+#include "tests/support/shapes_file.h"
 #include "tests/support/support.h"
 
 namespace tind {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
 
 class Repair : public testing::Test {
  protected:
@@ -32,15 +37,17 @@ class Repair : public testing::Test {
   const test::TempDir dir_;
   const std::string folder_ = dir_.file("tiles");
 
-  void SetUp() override {
+  void SetUp() override { ASSERT_TRUE(build(source_, folder_)); }
+  static Result<BuildReport> build(const Surface& surface, const std::string& folder) {
     BuildOptions o;
-    o.output = folder_;
+    o.output = folder;
     o.tiles.effort = Effort::fast;
-    ASSERT_TRUE(build_tiles(source_, o));
+    return build_tiles(surface, o);
   }
-  std::map<std::string, std::string> files() const {
+  std::map<std::string, std::string> files() const { return files_in(folder_); }
+  static std::map<std::string, std::string> files_in(const std::string& folder) {
     std::map<std::string, std::string> all;
-    for (const auto& entry : fs::recursive_directory_iterator(folder_))
+    for (const auto& entry : fs::recursive_directory_iterator(folder))
       if (entry.is_regular_file())
         all[entry.path().string()] = read_whole_file(entry.path().string()).value_or("?");
     return all;
@@ -50,6 +57,22 @@ class Repair : public testing::Test {
     std::string bytes = read_whole_file(path).value();
     bytes[bytes.size() - from_end] ^= 4;
     std::ofstream(path, std::ios::binary) << bytes;
+  }
+  static void lose_a_tile(const std::string& folder) {
+    const auto files = files_in(folder);
+    const auto tile = std::ranges::find_if(
+        files, [](const auto& file) { return file.first.ends_with(".terrain"); });
+    ASSERT_NE(tile, files.end());
+    fs::remove(tile->first);
+  }
+  /// What it says where it makes nothing.
+  static std::string refusal(const Surface& surface, const std::string& folder) {
+    const auto before = files_in(folder);
+    const auto report = repair_tiles(surface, folder, 2);
+    EXPECT_TRUE(files_in(folder) == before);
+    if (report) return "it made " + std::to_string(report->made);
+    EXPECT_EQ(report.error().code, Errc::invalid_argument);
+    return report.error().what;
   }
 };
 
@@ -108,6 +131,75 @@ TEST_F(Repair, OfAnythingElseItMakesNothing) {
   const auto report = repair_tiles(source_, folder_, 2);
   ASSERT_FALSE(report);
   EXPECT_THAT(report.error().what, testing::HasSubstr("no sound record"));
+}
+
+// Level posts are other heights, though nobody changed the file: the advice for that would lead
+// nowhere.
+TEST_F(Repair, OfOtherLinesOrWaterItNamesTheirOptions) {
+  test::ShapesFile lake("repair-lake"), pond("repair-pond");
+  lake.polygon({test::square(7.2, 46.8, 0.03)}).write();
+  pond.polygon({test::square(7.27, 46.8, 0.02)}).write();
+  ShapeFiles none, water, level, both, other;
+  water.water = both.water = {lake.write()};
+  level.flatten = both.flatten = {lake.write()};
+  other.flatten = {pond.write()};
+  const auto shaped = [&](const ShapeFiles& shapes) {
+    auto surface = shaped_surface(source_, shapes);
+    EXPECT_TRUE(surface) << surface.error().what;
+    return *surface;
+  };
+  struct Case {
+    std::string name;
+    const ShapeFiles &was, &is;
+    testing::Matcher<std::string> says;
+  };
+  const Case cases[] = {
+      {"level", level, none, HasSubstr("repeat --breaklines and --flatten")},
+      {"both", both, water, HasSubstr("repeat --breaklines and --flatten")},
+      {"other", level, other, HasSubstr("other lines, polygons or water")},
+      {"water", water, none, AllOf(HasSubstr("--water"), Not(HasSubstr("--flatten")))},
+      {"less", water, both, HasSubstr("leave --breaklines and --flatten out")},
+      {"none", none, water, HasSubstr("--water out")}};
+  for (const Case& c : cases) {
+    const std::string folder = dir_.file(c.name);
+    ASSERT_TRUE(build(shaped(c.was), folder)) << c.name;
+    const auto before = files_in(folder);
+    lose_a_tile(folder);
+    EXPECT_THAT(refusal(shaped(c.is), folder), AllOf(c.says, Not(HasSubstr("heights are others"))))
+        << c.name;
+    const auto mended = repair_tiles(shaped(c.was), folder, 2);
+    ASSERT_TRUE(mended) << mended.error().what;
+    EXPECT_TRUE(files_in(folder) == before) << c.name;
+  }
+}
+
+TEST_F(Repair, OfLayersItNamesTheOptionThatIsMissing) {
+  const auto low = test::made(test::rough_terrain(60, 50, 1, 2000), {10, 50}, 0.02);
+  const auto high = test::made(test::rough_terrain(90, 90, 3, 800), {10.3, 49.7}, 0.004);
+  const auto layers = [&](double blend_m, double error_m) {
+    return *Surface::of_layers({{"low", low, -1, error_m}, {"high", high, blend_m}});
+  };
+  const Surface plain = layers(-1, 0), told = layers(1000.5, 50);
+  const std::string folder = dir_.file("layers"), as_it_comes = dir_.file("plain");
+  ASSERT_TRUE(build(told, folder));
+  ASSERT_TRUE(build(plain, as_it_comes));
+  const auto before = files_in(folder);
+  lose_a_tile(folder);
+  lose_a_tile(as_it_comes);
+  EXPECT_THAT(refusal(plain, folder),
+              AllOf(HasSubstr("--blend high=1000.5"), HasSubstr("--layer-error low=50"),
+                    Not(HasSubstr("lie elsewhere"))));
+  EXPECT_THAT(refusal(layers(1000.5, 0), folder),
+              AllOf(HasSubstr("--layer-error low=50"), Not(HasSubstr("--blend"))));
+  EXPECT_THAT(refusal(layers(-1, 50), as_it_comes), HasSubstr("leave its --layer-error out"));
+  EXPECT_THAT(refusal(Surface(low), folder), HasSubstr("made of 2 layers, not of 1 layer"));
+  const auto elsewhere = test::made(test::rough_terrain(90, 90, 3, 800), {10.4, 49.7}, 0.004);
+  EXPECT_THAT(
+      refusal(*Surface::of_layers({{"low", low, -1, 50}, {"high", elsewhere, 1000.5}}), folder),
+      AllOf(HasSubstr("the posts of layer high lie elsewhere"), Not(HasSubstr("layer low"))));
+  const auto mended = repair_tiles(told, folder, 2);
+  ASSERT_TRUE(mended) << mended.error().what;
+  EXPECT_TRUE(files_in(folder) == before);
 }
 
 }  // namespace

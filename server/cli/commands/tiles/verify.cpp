@@ -81,6 +81,8 @@ void print(const VerifyReport& r) {
              r.ok() ? "" : ": NOT whole");
 }
 
+void print(const nlohmann::ordered_json& j) { fmt::print("{}\n", json::to_text(j, 1)); }
+
 Result<VerifyReport> look(const Arguments& a) {
   ProgressBar bar("verify", progress_style(a.progress));
   return verify_store(*open_store(a.where), a.threads, stoppable(bar));
@@ -104,7 +106,10 @@ int run(const Arguments& a) {
   if (a.repair && !report->ok()) {
     if (!a.json) print(*report);
     const auto mended = repair(a);
-    if (!mended) return complain(mended.error());
+    if (!mended) {
+      if (a.json) print(j);  // what is broken is known, whoever cannot mend it
+      return complain(mended.error());
+    }
     report = look(a);
     if (!report) return complain(report.error());
     nlohmann::ordered_json after = to_json(*report);
@@ -114,7 +119,7 @@ int run(const Arguments& a) {
     if (!a.json) fmt::print("{} tiles were made again\n", mended->made);
   }
   if (a.json)
-    fmt::print("{}\n", json::to_text(j, 1));
+    print(j);
   else
     print(*report);
   return report->ok() ? kOk : report->all_read() ? kBadData : kIo;
@@ -130,7 +135,8 @@ void add_verify(Command program, int& exit) {
   c.add_option("STORE", a->where, "a directory of tiles, X.pmtiles or X.mbtiles; also at s3://")
       .required();
   c.add_flag("--repair", a->repair,
-             "make again what is damaged or missing, of --source; foreign files stay");
+             "make again what is damaged or missing, of --source or --layer, with the options that "
+             "the build had for them; foreign files stay");
   c.add_option("--source", a->dem.files,
                "the DEM, or the files of all layers, that the tiles were made of");
   a->dem.to_datum = "ellipsoid";  // as tind build has it
@@ -141,12 +147,18 @@ void add_verify(Command program, int& exit) {
   add_progress_option(c, a->progress);
   c.add_flag("--json", a->json, "print the report as JSON");
   c.footer(
-      "Exit code 0: every byte is as it was written, at the end where --repair mended it; 65: it "
-      "is not; 74: some of it cannot be read, and may be sound. Of the layer.json of a folder only "
-      "which tiles it names is looked at: no hash of it is kept, as archives have one. How tiles "
-      "are made again, the "
-      "store's record says: only the source is to be named, with the options with which it was "
-      "read.");
+      "Exit code 0: every byte is as it was written, at the end where --repair mended it; 65: "
+      "it is not, or --repair cannot tell how it was made (there is no record, or an image had "
+      "a say), or its source is broken; 74: some of it cannot be read, and may be sound, or "
+      "writing failed; 2: wrong arguments, or --repair was not given what the tiles were made "
+      "of, and changed nothing; 69: there is no such store, or no such source; 75: stopped, or "
+      "somebody else is at work on the store: run it again. What was found is printed where "
+      "--repair fails, too, with --json without `made` and `before`. Of the layer.json of a "
+      "folder only which tiles it names is looked at: no hash of it is kept, as archives have "
+      "one. For --repair the store's record knows how exact the tiles are, their levels, method "
+      "and effort. What they were made of has to be said as it was to tind build: the files, "
+      "the options of DEMs (--from-datum, --nodata, --crs ...), --layer, --layer-option, "
+      "--blend, --layer-error, --breaklines, --flatten, --boundary, --water and --line-heights.");
   c.on_run([a, c, &exit] {
     const bool source = names_any(a->dem, a->layers);
     if (a->repair && !source) refuse_missing("--source");
