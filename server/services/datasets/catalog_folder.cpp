@@ -143,15 +143,7 @@ void look_into_table(FolderEntry& entry, States& states, CatalogTables& tables) 
   std::error_code error;
   for (const std::string& file : *files)
     if (fs::is_regular_file(file, error) || !fs::exists(file, error)) states.add(file);
-  for (const auto& [name, text] : entry.spec.own)
-    if (file_key(name).ends_with("_datum") && names_geoid_file(text)) states.add(text);
-  const auto options = dataset_options({}, entry.spec.own);
-  if (!options) return;  // opening it says why
-  const ShapeFiles& shapes = options->shapes;
-  for (const auto* list : {&shapes.breaklines, &shapes.flatten, &shapes.boundary, &shapes.water})
-    for (const std::string& file : *list) states.add(file);
-  for (const std::string& file : {options->drape, options->land_cover})
-    if (!file.empty()) states.add(file);
+  for (const std::string& file : named_files({}, entry.spec.own)) states.add(file);
 }
 
 /// Those beside a raster that say more of it. One that comes later makes it another raster; it may

@@ -10,7 +10,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <csignal>
 #include <exception>
 #include <filesystem>
 #include <iterator>
@@ -23,6 +22,7 @@
 #include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
+#include "terrain/raster/sandbox/decoder.h"
 #include "terrain/raster/sandbox/lockdown.h"
 #include "terrain/raster/sandboxed_pool.h"
 
@@ -63,6 +63,23 @@ bool is_as_it_was(const ServedDataset& dataset) {
   return !dataset.unchanged || dataset.unchanged().has_value();
 }
 
+/// When the inode of each file that it is made of was last changed. Rights and links change that,
+/// too; but so does who writes into a file and sets its old time again (cp -p, rsync --inplace),
+/// which nothing else tells. Files of other machines have none.
+std::string changes_of(const Config& config, const DatasetSpec& spec, const Dataset& dataset) {
+  std::vector<std::string> files = named_files(config.every, spec.own);
+  for (const LayerTable& layer : spec.layers)
+    for (const std::string& file : named_files({}, layer.own)) files.push_back(file);
+  const auto& own = dataset.source ? dataset.source->info().files : spec.files;
+  files.insert(files.end(), own.begin(), own.end());
+  std::string times;
+  std::error_code none;
+  for (const std::string& file : files)
+    if (const auto state = file_state(file); state && std::filesystem::is_regular_file(file, none))
+      times += fmt::format("{} ", state->changed_ns);
+  return times;
+}
+
 /// Its heights could not be read when they were to be; a reload is to try again.
 bool has_failed(const ServedDataset& dataset) {
   if (!dataset.tiles) return false;
@@ -71,16 +88,11 @@ bool has_failed(const ServedDataset& dataset) {
 }
 
 /// Whether it lies in the files themselves, so that trying again is of no use while they stay as
-/// they are. A decoder's end is Errc::io, whatever it was: only its words tell one that crashed at
-/// a file from one that somebody killed, as the system does when memory runs out.
+/// they are.
 bool is_of_the_files(const Error& why) {
   constexpr Errc kOfFiles[] = {Errc::bad_data, Errc::unsupported, Errc::invalid_argument,
                                Errc::out_of_range};
-  constexpr int kCrashes[] = {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGSYS};
-  return std::ranges::count(kOfFiles, why.code) > 0 ||
-         std::ranges::any_of(kCrashes, [&](int signal) {
-           return why.what.find(fmt::format(" was ended by signal {} ", signal)) != why.what.npos;
-         });
+  return std::ranges::count(kOfFiles, why.code) > 0 || sandbox::says_crash(why);
 }
 
 /// Who has a name: where people find it.
@@ -91,9 +103,8 @@ std::string place_of(const DatasetSpec& spec, const std::string& entry) {
 /// Files of geoids that are said to be what heights are above: they are no datasets.
 void add_geoids(const SettingTexts& texts, std::set<std::string>& files) {
   std::error_code none;
-  for (const auto& [name, text] : texts)
-    if (file_key(name).ends_with("_datum") && names_geoid_file(text))
-      files.insert(std::filesystem::weakly_canonical(text, none).string());
+  for (const std::string& file : named_geoids(texts))
+    files.insert(std::filesystem::weakly_canonical(file, none).string());
 }
 
 std::set<std::string> geoids_of(const Config& config, const std::vector<FolderEntry>& entries) {
@@ -145,8 +156,9 @@ void CatalogKeeper::want_configured(const Config& config, std::vector<Wanted>& w
     } else {
       one.key = key_of(config, one.spec, *files);
       const Wanted* const same = same_as(one, name_of(one.spec));
-      if (same && is_as_it_was(*same->served) && !has_failed(*same->served))
-        one.served = same->served;
+      if (same && is_as_it_was(*same->served) && !has_failed(*same->served) &&
+          same->changes == changes_of(config, same->spec, *same->served))
+        one.served = same->served, one.changes = same->changes;
     }
     wanted.push_back(std::move(one));
   }
@@ -321,10 +333,12 @@ void CatalogKeeper::open(const Config& config, std::vector<Wanted>& wanted) cons
       const auto options = options_of(config, one.spec);
       auto opened = options ? open_dataset(one.spec, *options, indexes)
                             : Result<Dataset>(std::unexpected(options.error()));
-      if (opened)
+      if (opened) {
+        one.changes = changes_of(config, one.spec, *opened);
         one.opened = std::move(*opened);
-      else
+      } else {
         one.wrong = opened.error();
+      }
     } catch (const std::exception& error) {
       one.wrong = fail(one.spec.files[0], caught(error)).error();
     }

@@ -94,6 +94,7 @@ class CatalogKeeper {
   struct Wanted {
     DatasetSpec spec;
     std::string key = {};      // of files and options
+    std::string changes = {};  // of the files, where the configuration names them
     std::string entry = {};    // of the catalog's folder; empty: of the configuration
     std::string state = {};    // of the entry
     std::string content = {};  // of the entry without its table

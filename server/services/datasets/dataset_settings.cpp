@@ -250,6 +250,26 @@ Result<DatasetOptions> dataset_options(const SettingTexts& every, const SettingT
   return options;
 }
 
+std::vector<std::string> named_geoids(const SettingTexts& texts) {
+  std::vector<std::string> files;
+  for (const auto& [name, text] : texts)
+    if (name.ends_with("-datum") && names_geoid_file(text)) files.push_back(text);
+  return files;
+}
+
+std::vector<std::string> named_files(const SettingTexts& every, const SettingTexts& own) {
+  std::vector<std::string> files = named_geoids(every);
+  for (const std::string& file : named_geoids(own)) files.push_back(file);
+  const auto options = dataset_options(every, own);
+  if (!options) return files;
+  const ShapeFiles& shapes = options->shapes;
+  for (const auto* list : {&shapes.breaklines, &shapes.flatten, &shapes.boundary, &shapes.water})
+    files.insert(files.end(), list->begin(), list->end());
+  for (const std::string& file : {options->drape, options->land_cover})
+    if (!file.empty()) files.push_back(file);
+  return files;
+}
+
 Result<bool> parse_switch(std::string_view value) {
   if (value != "true" && value != "false")
     return fail(Errc::invalid_argument, "must be true or false");

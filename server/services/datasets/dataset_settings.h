@@ -56,6 +56,12 @@ using SettingTexts = std::map<std::string, std::string, std::less<>>;
 /// wrong is the error.
 Result<DatasetOptions> dataset_options(const SettingTexts& every, const SettingTexts& own);
 
+/// The files of geoids that settings name.
+std::vector<std::string> named_geoids(const SettingTexts&);
+/// All files that settings name beside the DEM's own: geoids, lines and areas, images. Of settings
+/// that are wrong, the geoids.
+std::vector<std::string> named_files(const SettingTexts& every, const SettingTexts& own);
+
 /// Reads "true", "12" ...: what set() of the rows here and of the daemon's settings is made of.
 Result<bool> parse_switch(std::string_view);
 template <class Number>

@@ -82,6 +82,11 @@ const char* signal_text(int signal) {
   return text ? text : "unknown";
 }
 
+std::string was_ended_by(int signal) {
+  return fmt::format("the process that decodes it was ended by signal {} ({})", signal,
+                     signal_text(signal));
+}
+
 }  // namespace
 
 std::uint64_t decoders_failed() { return failed_in_all; }
@@ -139,14 +144,18 @@ void Decoder::turn_bad() {
 }
 
 /// It closed its end: what its status says.
+bool says_crash(const Error& error) {
+  constexpr int kCrashes[] = {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGSYS};
+  return std::ranges::any_of(kCrashes,
+                             [&](int signal) { return error.what.contains(was_ended_by(signal)); });
+}
+
 Error Decoder::ended() {
   turn_bad();
   int status = 0;
   if (!await(process_, 1000ms, status)) return broken("stopped answering");
   process_ = -1;
-  if (WIFSIGNALED(status))
-    return {Errc::io, fmt::format("the process that decodes it was ended by signal {} ({})",
-                                  WTERMSIG(status), signal_text(WTERMSIG(status)))};
+  if (WIFSIGNALED(status)) return {Errc::io, was_ended_by(WTERMSIG(status))};
   return {Errc::io, fmt::format("the process that decodes it ended by itself, with exit code {}",
                                 WEXITSTATUS(status))};
 }

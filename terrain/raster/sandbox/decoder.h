@@ -25,6 +25,10 @@ struct Patience {
   std::chrono::milliseconds cpu, wall;
 };
 
+/// Of an error of these processes: whether one crashed at what it decodes, and was not ended from
+/// outside, as by the system when memory runs out. All ends are Errc::io; their words tell.
+bool says_crash(const Error&);
+
 /// How many have died, lied or taken too long since this process began. Thread-safe.
 std::uint64_t decoders_failed();
 

@@ -128,6 +128,19 @@ TEST_F(Keeper, ADatasetWhoseLakeHasChangedIsOpenedAnew) {
   EXPECT_EQ(height("a"), 70);
 }
 
+TEST_F(Keeper, AReloadSeesWhatWasWrittenUnderItsOldTime) {
+  dem("a.asc", 1);
+  dem("b.asc", 2);
+  const auto time = fs::last_write_time(in_folder("a.asc"));
+  EXPECT_THAT(load(table("a", "a.asc")).added, ElementsAre("a")) << why_;
+  EXPECT_EQ(load(table("a", "a.asc")).kept, 1u);
+  fs::copy_file(in_folder("b.asc"), in_folder("a.asc"), fs::copy_options::overwrite_existing);
+  fs::last_write_time(in_folder("a.asc"), time);
+  EXPECT_TRUE(catalog_.find("a")->unchanged());
+  EXPECT_THAT(load(table("a", "a.asc")).replaced, ElementsAre("a"));
+  EXPECT_EQ(height("a"), 2);
+}
+
 TEST_F(Keeper, ARenamedDatasetIsNotReadAgain) {
   dem("a.asc");
   load(table("a", "a.asc"));
