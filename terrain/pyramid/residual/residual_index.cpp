@@ -179,6 +179,17 @@ class ResidualFile {
     return index;
   }
 
+  /// A pipe of that name would keep who opens it.
+  static Result<void> open_file(Index& index) {
+    index.file_ = ::open(index.path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    struct stat status {};
+    if (index.file_ < 0 || ::fstat(index.file_, &status) != 0)
+      return fail(errno == ENOENT ? Errc::not_found : Errc::io,
+                  index.path_ + ": " + errno_text(errno));
+    if (!S_ISREG(status.st_mode)) return fail(Errc::bad_data, index.path_ + ": is no file");
+    return {};
+  }
+
   /// Takes in all whole records; where they end, and whether the file says that they are all.
   struct Walked {
     std::uint64_t end = 0;
@@ -286,10 +297,7 @@ class ResidualFile {
   static Result<std::shared_ptr<Index>> open_part(const IndexPart& part, const IndexDepth& depth,
                                                   int threads) {
     auto index = blank(part.path, depth);
-    index->file_ = ::open(part.path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (index->file_ < 0)
-      return fail(errno == ENOENT ? Errc::not_found : Errc::io,
-                  part.path + ": " + errno_text(errno));
+    if (auto opened = open_file(*index); !opened) return std::unexpected(opened.error());
     const auto walked = walk(*index, header_of_part(part, depth), threads);
     if (!walked) return std::unexpected(walked.error());
     if (!walked->whole) return fail(Errc::bad_data, part.path + ": damaged, or not finished");
@@ -357,7 +365,7 @@ class ResidualFile {
     const auto found = made_.find(id);
     if (found == made_.end()) return {};
     const auto& [path, place] = found->second;
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0) return {};
     std::vector<std::uint8_t> bytes(place.size);
     const bool good = read_whole_at(file, place.offset, bytes.data(), bytes.size());
@@ -446,9 +454,8 @@ Result<std::shared_ptr<const ResidualIndex>> ResidualIndex::open(const std::stri
                                                                  const Surface& surface,
                                                                  const IndexDepth& depth) {
   auto index = ResidualFile::blank(path, depth);
-  index->file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (index->file_ < 0)
-    return fail(errno == ENOENT ? Errc::not_found : Errc::io, path + ": " + errno_text(errno));
+  if (auto opened = ResidualFile::open_file(*index); !opened)
+    return std::unexpected(opened.error());
   const auto walked = ResidualFile::walk(*index, header_for(surface, depth), 0);
   if (!walked) return std::unexpected(walked.error());
   if (!walked->whole) return fail(Errc::bad_data, path + ": damaged, or not finished");

@@ -132,5 +132,23 @@ TEST_F(Derivatives, OfAHeightThatNoGroundHasSayItInTheUnitOfTheFile) {
   EXPECT_EQ(run_tind("slope " + input + " --nodata 60000" + to("a.tif")).code, 0);
 }
 
+TEST_F(Derivatives, OfANumberOf64BitsSayItWithAllItsDigits) {
+  const std::string least = "-9.223372036854776e+18";
+  dem(500000, 5100000, 20, least);
+  std::ofstream(dir_.file("whole.vrt"))
+      << "<VRTDataset rasterXSize=\"20\" rasterYSize=\"20\"><SRS>EPSG:32632</SRS>"
+      << "<GeoTransform>500000, 20, 0, 5100400, 0, -20</GeoTransform>"
+      << "<VRTRasterBand dataType=\"Int64\" band=\"1\"><SimpleSource>"
+      << "<SourceFilename relativeToVRT=\"1\">dem.asc</SourceFilename><SourceBand>1</SourceBand>"
+      << "</SimpleSource></VRTRasterBand></VRTDataset>";
+  for (const std::string scale : {"", " --scale 0.1"}) {
+    const std::string input = dir_.file("whole.vrt") + " --allow-vrt" + scale;
+    const Ran ran = run_tind("slope " + input + to("a.tif"));
+    EXPECT_EQ(ran.code, 65) << scale;
+    EXPECT_THAT(ran.out, HasSubstr("say --nodata " + least + ",")) << scale;
+    EXPECT_EQ(run_tind("slope " + input + " --nodata=" + least + to("a.tif")).code, 0) << scale;
+  }
+}
+
 }  // namespace
 }  // namespace tind

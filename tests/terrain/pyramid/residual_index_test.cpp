@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -354,6 +355,8 @@ TEST(ResidualIndex, is_kept_and_made_anew_when_it_is_wrong) {
   EXPECT_TRUE(index_of(source, dir, 8)->made_now());
   EXPECT_EQ(ResidualIndex::open(path, source, 7).error().code, Errc::bad_data);  // other level
   EXPECT_EQ(ResidualIndex::open(dir.file("none"), source, 8).error().code, Errc::not_found);
+  ASSERT_EQ(::mkfifo(dir.file("pipe").c_str(), 0600), 0);
+  EXPECT_EQ(ResidualIndex::open(dir.file("pipe"), source, 8).error().code, Errc::bad_data);
 }
 
 /// Others may write there, too, and may know the number of this process.

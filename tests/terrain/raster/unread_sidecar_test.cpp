@@ -56,6 +56,20 @@ TEST(UnreadSidecar, IsToldWhereADemIsOpened) {
   EXPECT_THAT((*source)->info().warnings, testing::Contains(HasSubstr("says unit ft, scale 0.5")));
 }
 
+TEST(UnreadSidecar, APrjThatGivesNoCrsIsTold) {
+  const test::TempDir folder;
+  const std::string dem = folder.file("a.asc");
+  std::ofstream(dem) << "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2\n3 4\n";
+  const auto warnings = [&](const DemOptions& options = {}) {
+    const auto source = DemSource::open(std::vector{dem}, options);
+    return source ? (*source)->info().warnings : std::vector{source.error().what};
+  };
+  EXPECT_THAT(warnings(), testing::IsEmpty()) << "there is none";
+  std::ofstream(folder.file("a.prj")) << "UTM zone 32, more or less";
+  EXPECT_THAT(warnings(), testing::ElementsAre(HasSubstr("a.prj: gives the raster no CRS")));
+  EXPECT_THAT(warnings({.crs = "EPSG:25832"}), testing::IsEmpty());
+}
+
 TEST(GroundControlPoints, MakeNoGrid) {
   const test::TempDir folder;
   std::ofstream(folder.file("a.asc"))

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
+#include <charconv>
 #include <cmath>
 #include <mutex>
 #include <optional>
@@ -74,7 +75,7 @@ class RasterSource final : public DemSource {
       : mosaic_(std::move(mosaic)), frame_(std::move(frame)), pool_(std::move(pool)) {}
   Result<void> describe(std::span<const std::string> files, const DemOptions&);
   Result<void> settle_datum(const gdal::FileFacts&, const DemOptions&);
-  Result<std::string> number_in_file(std::int64_t col, std::int64_t row) const;
+  Result<double> number_in_file(std::int64_t col, std::int64_t row) const;
   std::unexpected<Error> too_high(double z, std::int64_t col, std::int64_t row) const;
   std::int64_t source_col(std::int64_t col) const;
   std::string places_text(const gdal::FileFacts&, const DemOptions&) const;
@@ -129,24 +130,37 @@ std::int64_t RasterSource::source_col(std::int64_t col) const {
   return col >= 0 && col < info_.cols ? col : -1;
 }
 
+double in_digits(double number, int digits) {
+  const std::string text = fmt::format("{:.{}g}", number, digits);
+  double as_said = number;
+  std::from_chars(text.data(), text.data() + text.size(), as_said);
+  return as_said;
+}
+
 /// A post's number before unit, scale and datum made a height of it, as --nodata takes it.
-Result<std::string> RasterSource::number_in_file(std::int64_t col, std::int64_t row) const {
+Result<double> RasterSource::number_in_file(std::int64_t col, std::int64_t row) const {
   double height = 0;
   if (auto ok = mosaic_.read(col, row, 1, 1, {&height, 1}); !ok) return std::unexpected(ok.error());
   const RasterContent& has = mosaic_.facts_at(col, row).content;
-  // The way back is off by some of the last of 16 digits.
-  return fmt::format("{:.15g}",
-                     (height / (keeps_units_ ? 1 : has.unit_m) - has.offset) / has.scale);
+  const double unit = keeps_units_ ? 1 : has.unit_m;
+  const double back = (height / unit - has.offset) / has.scale;
+  // The way back is off by some of the last of 16 digits, which numbers of 64 bits need.
+  for (const int digits : {15, 16, 17}) {
+    const double number = in_digits(back, digits);
+    if (number * (has.scale * unit) + has.offset * unit == height) return number;
+  }
+  return in_digits(back, 15);
 }
 
 std::unexpected<Error> RasterSource::too_high(double z, std::int64_t col, std::int64_t row) const {
   const std::string nodata = undeclared_nodata_text(*this);
   const auto number = number_in_file(col, row);
   if (!number) return std::unexpected(number.error());
-  const std::string height = fmt::format("{:.15g}", z);
-  const std::string what = fmt::format(
-      "a height of {} m{} (column {}, row {}) is beyond {} m", height,
-      *number == height ? "" : ", " + *number + " as the file has it,", col, row, max_height_);
+  const std::string what =
+      fmt::format("a height of {} (column {}, row {}) is beyond {} m",
+                  *number == z ? fmt::format("{} m", z)
+                               : fmt::format("{:.15g} m, {} as the file has it,", z, *number),
+                  col, row, max_height_);
   if (!nodata.empty()) return fail(Errc::bad_data, nodata + " (" + what + ")");
   return fail(
       Errc::bad_data,

@@ -33,6 +33,22 @@ constexpr double kFarthest = 1u << 31;
 
 bool whole(double posts) { return std::abs(posts - std::round(posts)) <= kWholePost; }
 
+/// The same of several files, in a line.
+class ForAll {
+ public:
+  void add(const std::string& file, const std::string& what) {
+    if (file.empty()) return;
+    if (count_++ == 0) file_ = file, what_ = what;
+  }
+  std::string text() const {
+    return file_ + (count_ > 1 ? fmt::format(" and {} more", count_ - 1) : "") + what_;
+  }
+
+ private:
+  std::size_t count_ = 0;
+  std::string file_, what_;
+};
+
 Error mismatch(const FileFacts& a, const FileFacts& b, const std::string& why) {
   return {Errc::unsupported,
           fmt::format("{} and {} cannot be one source: {}; bring them to one grid with gdalwarp "
@@ -182,38 +198,27 @@ std::vector<PostRect> Mosaic::covered() const {
 }
 
 std::vector<std::string> Mosaic::warnings() const {
-  const FileFacts* first = nullptr;
-  std::size_t others = 0;
-  for (const Part& part : parts_) {
-    if (part.file->facts().own_crs.empty()) continue;
-    if (std::exchange(first, first ? first : &part.file->facts())) ++others;
-  }
-  const auto and_more = [](std::size_t more) {
-    return more > 0 ? fmt::format(" and {} more", more) : std::string();
-  };
-  std::vector<std::string> lines;
-  if (first)
-    lines.push_back(
-        fmt::format("{}{}: says that its CRS is '{}'; its coordinates are taken as '{}', as --crs "
-                    "says",
-                    first->path, and_more(others), first->own_crs, first->crs.name));
-  std::string unread;
-  std::size_t more = 0;
+  ForAll other_crs, unread, prj;
   for (const Part& part : parts_) {
     const FileFacts& facts = part.file->facts();
+    if (!facts.own_crs.empty())
+      other_crs.add(
+          facts.path,
+          fmt::format(
+              ": says that its CRS is '{}'; its coordinates are taken as '{}', as --crs says",
+              facts.own_crs, facts.crs.name));
     const bool lacks_crs = facts.has_geotransform && facts.crs.kind == CrsKind::none;
-    std::string said = unread_sidecar(facts.path, facts.content, !lacks_crs);
-    if (said.empty()) continue;
-    if (unread.empty())
-      unread = std::move(said);
-    else
-      ++more;
+    unread.add(unread_sidecar(facts.path, facts.content, !lacks_crs),
+               ", which is not read: where it is so, say it with --crs, --scale, --offset or "
+               "--nodata, or put it into the file (gdal_translate to GeoTIFF)");
+    if (lacks_crs)
+      prj.add(prj_without_crs(facts.path),
+              ": gives the raster no CRS (no WKT, or GDAL does not look there in this format); say "
+              "what it is with --crs");
   }
-  if (!unread.empty())
-    lines.push_back(
-        fmt::format("{}{}, which is not read: where it is so, say it with --crs, --scale, --offset "
-                    "or --nodata, or put it into the file (gdal_translate to GeoTIFF)",
-                    unread, and_more(more)));
+  std::vector<std::string> lines;
+  for (const ForAll* of : {&other_crs, &unread, &prj})
+    if (!of->text().empty()) lines.push_back(of->text());
   return lines;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <string_view>
@@ -69,6 +70,15 @@ std::string unread_sidecar(const std::string& path, const RasterContent& read, b
   if (value && std::ranges::none_of(read.nodata, [&](double v) { return same(v, *value); }))
     say("nodata", nodata);
   return said.empty() ? said : path + ".aux.xml" + said;
+}
+
+std::string prj_without_crs(const std::string& path) {
+  for (const char* end : {".prj", ".PRJ"}) {
+    const std::filesystem::path prj = std::filesystem::path(path).replace_extension(end);
+    std::error_code error;
+    if (std::filesystem::is_regular_file(prj, error)) return prj.string();
+  }
+  return {};
 }
 
 }  // namespace tind::gdal

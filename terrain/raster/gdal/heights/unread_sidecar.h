@@ -14,4 +14,8 @@ namespace tind::gdal {
 /// parser of XML meets, outside of the sandbox, what somebody has put beside a raster.
 std::string unread_sidecar(const std::string& path, const RasterContent& read, bool has_crs = true);
 
+/// The .prj beside a raster that has no CRS all the same: GDAL says nothing of one that is no WKT,
+/// and does not look for one with a GeoTIFF. Empty: there is none.
+std::string prj_without_crs(const std::string& path);
+
 }  // namespace tind::gdal
