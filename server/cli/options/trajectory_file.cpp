@@ -149,15 +149,28 @@ std::vector<std::string> cells_of(std::string_view line, bool semicolons) {
 constexpr std::size_t kAbsent = ~std::size_t(0);
 using Columns = std::array<std::size_t, kColumns>;
 
-/// By the names of a head line.
+/// By the names of a head line. x, y and z beside lon, lat and a height may be in any system, and a
+/// flight is in degrees and metres. Times may be there twice: in another form, as a rule.
 Result<Columns> named_columns(const std::vector<std::string>& names) {
   Columns at;
   at.fill(kAbsent);
   std::string other;
+  const auto is_of_any_system = [&](std::size_t i) {
+    const std::string name = lower_case(names[i]);
+    return name == "x" || name == "y" || name == "z";
+  };
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto column = column_of(names[i]);
-    if (column && at[*column] == kAbsent) at[*column] = i;
-    if (!column) other += (other.empty() ? "" : ", ") + names[i];
+    if (!column) {
+      other += (other.empty() ? "" : ", ") + names[i];
+      continue;
+    }
+    std::size_t& had = at[*column];
+    if (had == kAbsent || (is_of_any_system(had) && !is_of_any_system(i)))
+      had = i;
+    else if (*column != kTime && is_of_any_system(had) == is_of_any_system(i))
+      return wrong("two columns say the same, " + names[had].substr(0, 40) + " and " +
+                   names[i].substr(0, 40) + ": rename one of them, or leave it out");
   }
   if (at[kLon] == kAbsent || at[kLat] == kAbsent) return wrong("no columns named lon and lat");
   if (at[kHeight] == kAbsent && !other.empty())

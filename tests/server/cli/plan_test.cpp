@@ -58,6 +58,8 @@ TEST(Trajectory, ReadsWhatOthersWrite) {
     return flight && !flight->empty() ? flight->back() : FlightFix{};
   };
   EXPECT_EQ(one("lon,lat,altitude_m,time\n1,2,3,4\n").height_m, 3);
+  EXPECT_EQ(one("x,y,z,lon,lat,alt,time,timestamp\n7,8,9,1,2,3,4,5\n").where.lat, 2);
+  EXPECT_EQ(one("lon,lat,alt,time,z\n1,2,3,4,9\n").height_m, 3);
   EXPECT_EQ(one("1;2;3;4\n").height_m, 3);
   EXPECT_EQ(one("\"1.5\",\"2\",\"3\",\"4\"\n").where.lon, 1.5);
   EXPECT_EQ(one("1,2,3,1764345600\n1,2,3,1764345610\n").time_s, 1764345610);
@@ -83,6 +85,8 @@ TEST(Trajectory, WhatIsWrongIsNamed) {
   refused("1,2,3,4\n1,x,3,5\n", "line 2: column 2 is no number");
   refused("1,2,3,4\n1,2,3\n", "line 2 has 3 columns, the first has 4");
   refused("lon,lat,height_ft,time\n1,2,16000,4\n", "none of these is known: height_ft");
+  refused("lon,lat,altitude,elevation,time\n1,2,3,4,5\n", "say the same, altitude and elevation");
+  refused("lon,lat,lon,alt,time\n1,2,3,4,5\n", "say the same, lon and lon");
   refused("7,05;45,99;5000\n", "line 1: no columns named lon and lat", 100);
   refused("7.05;45.99;5000\n7,06;46;5000\n", "line 2: column 1 is no number", 100);
   refused("1\n2\n", "line 1 is not lon,lat");
