@@ -73,10 +73,13 @@ class Outside {
  public:
   /// The brackets that are open, and the dots of their keys and of this one.
   std::size_t depth() const { return depth_; }
-  /// Whether a quote begins a string here. In the middle of a word it begins none; to toml++ it is
-  /// part of the word, and so is what follows.
-  bool may_begin_string() const {
-    return std::string_view("\n=,[{").contains(last_) || (last_ == '.' && in_key_);
+  /// Whether a quote, a bracket or a = means here what it looks like. In the middle of a value
+  /// without quotes it does not: to toml++ it is a part of that, and so is what follows.
+  bool may_have(char c) const {
+    const bool is_quote = c == '"' || c == '\'';
+    if (!is_quote && c != '[' && c != '{' && c != '=') return true;
+    if (in_word_) return false;
+    return !is_quote || std::string_view("\n=,[{").contains(last_) || (last_ == '.' && in_key_);
   }
   void see(char c) {
     if (c == ' ' || c == '\t' || c == '\r') return;
@@ -94,6 +97,7 @@ class Outside {
     } else if (c == '=') {
       in_key_ = false;
     }
+    in_word_ = !in_key_ && !std::string_view("\"'=[]{},\n").contains(c);
   }
 
  private:
@@ -105,6 +109,7 @@ class Outside {
   std::size_t depth_ = 0;
   char last_ = '\n';  // but for blanks
   bool in_key_ = true;
+  bool in_word_ = false;  // a value without quotes
 };
 
 /// The first line whose brackets and dots are nested more than kDeepest deep; the tree goes a few
@@ -117,9 +122,9 @@ std::optional<Forbidden> forbidden_in(std::string_view text) {
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t begin = at;
     const char c = text[at++];
+    if (!outside.may_have(c))
+      return Forbidden{line, fmt::format("a {} stands in the middle of a word, or behind one", c)};
     if (c == '"' || c == '\'') {
-      if (!outside.may_begin_string())
-        return Forbidden{line, "a quote stands in the middle of a word, or behind one"};
       at = behind_string(text, begin);
     } else if (c == '#') {
       at = std::min(text.find('\n', at), text.size());

@@ -87,17 +87,21 @@ TEST(TomlFile, LettersThatAreNotAsciiStandInQuotes) {
             "e");
 }
 
-/// Nor what follows a quote that begins no string, which a word of toml++'s goes on with.
-TEST(TomlFile, QuotesBeginAStringWhereOneMayBe) {
-  for (const char* wrong : {"a = 1b\"\"\"\xd1\x9e", "a = 1.\"\xd1\x9e\"", "a = [1,\n2'\xd1\x9e']",
-                            "a\"b\" = 1", "a = 'b''c'", "a = \"b\" 'c'"}) {
+/// Nor what follows a quote or a bracket in a word, which toml++ goes on with.
+TEST(TomlFile, QuotesAndBracketsStandWhereTheyMay) {
+  for (const char* wrong :
+       {"a = 1b\"\"\"\xd1\x9e", "a = 1.\"\xd1\x9e\"", "a = [1,\n2'\xd1\x9e']", "a\"b\" = 1",
+        "a = 'b''c'", "a = \"b\" 'c'", "a = 8[[\"\xd1\x9e\"", "a = 1{'\xd1\x9e'",
+        "a = 1 = '\xd1\x9e'", "a = {b = 1\t['\xd1\x9e']}"}) {
     const auto read = parse_toml(wrong, "t");
     ASSERT_FALSE(read) << wrong;
-    EXPECT_NE(read.error().what.find("a quote stands"), std::string::npos) << read.error().what;
+    EXPECT_NE(read.error().what.find("in the middle of a word"), std::string::npos)
+        << read.error().what;
   }
-  EXPECT_EQ(
-      error("[ \"a\" . 'b' ]\nc.\"d\" = {\"e\".'f' = [\t'g', # h\n \"i\"], 'j' = ''}\n\"k\" = 1"),
-      "");
+  EXPECT_EQ(error("[ \"a\" . 'b' ]\nc.\"d\" = {\"e\".'f' = [\t'g', # h\n \"i\"], 'j' = ''}\n"
+                  "\"k\" = [[1.5, 2], [\"l\"], [{ m = true, \"n\" = 7 }]]\r\n"
+                  "[[o]]\n\"p\" = inf # '\n"),
+            "");
 }
 
 }  // namespace
