@@ -36,7 +36,7 @@ void each_field(std::string_view line, F&& f) {
   f(field, column);
 }
 
-enum Kind { kLon, kLat, kX, kY, kEasting, kNorthing, kKinds };  // pair by pair, east first
+enum Kind { kLon, kLat, kX, kY, kEasting, kNorthing, kE, kN, kKinds };  // by pairs, east first
 
 /// The columns of a head line that are called after coordinates.
 struct NamedColumns {
@@ -58,9 +58,9 @@ NamedColumns named_columns(std::string_view head) {
                                                                  {"x", kX},
                                                                  {"y", kY},
                                                                  {"easting", kEasting},
-                                                                 {"e", kEasting},
+                                                                 {"e", kE},
                                                                  {"northing", kNorthing},
-                                                                 {"n", kNorthing}};
+                                                                 {"n", kN}};
   NamedColumns found;
   each_field(head, [&](std::string& field, std::size_t column) {
     found.count = column + 1;
@@ -111,7 +111,8 @@ std::optional<double> number(std::string_view field) {
 }
 
 Result<PlaceColumns> PlaceColumns::in(std::string_view head, bool degrees) {
-  static constexpr Kind kOfDegrees[] = {kLon, kX, kEasting}, kOfMetres[] = {kX, kEasting, kLon};
+  static constexpr Kind kOfDegrees[] = {kLon, kX, kEasting, kE},
+                        kOfMetres[] = {kX, kEasting, kE, kLon};
   const NamedColumns found = named_columns(head);
   const auto has = [&](int kind) { return found.of[kind].column.has_value(); };
   const auto pair = std::ranges::find_if(degrees ? kOfDegrees : kOfMetres,
@@ -119,15 +120,14 @@ Result<PlaceColumns> PlaceColumns::in(std::string_view head, bool degrees) {
   if (pair == std::end(degrees ? kOfDegrees : kOfMetres))
     return fail(Errc::bad_data, std::string("must name the columns ") + kPlaceColumns +
                                     ", with commas between them");
-  for (int kind = 0; kind < kKinds; ++kind) {
-    if (!has(kind)) continue;
-    const NamedColumns::Named& one = found.of[kind];
-    if (!one.again.empty()) return named_twice(one.name, one.again);
-    const bool is_anything = one.name == "e" || one.name == "n";
-    if (!has(kind ^ 1) && !is_anything)
-      return named_twice(found.of[*pair + kind % 2].name, one.name);
-  }
-  return PlaceColumns{*found.of[*pair].column, *found.of[*pair + 1].column, found.count};
+  const auto& x = found.of[*pair];
+  const auto& y = found.of[*pair + 1];
+  for (const auto& own : {x, y})
+    if (!own.again.empty()) return named_twice(own.name, own.again);
+  for (int kind = 0; kind < kE; ++kind)  // an e or an n may be anything
+    if (has(kind) && !has(kind ^ 1))
+      return named_twice((kind % 2 == 0 ? x : y).name, found.of[kind].name);
+  return PlaceColumns{*x.column, *y.column, found.count};
 }
 
 PlaceFields PlaceColumns::of(std::string_view line) const {

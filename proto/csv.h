@@ -38,9 +38,10 @@ struct PlaceColumns {
   std::size_t count = 0;  // of all columns
 
   /// By a head line. Where it names several pairs, lon and lat count with `degrees`; without, x and
-  /// y, else easting and northing. Fails (bad_data, in words to go on after "the first line") where
-  /// it names no pair, and where it names a coordinate twice and not as two pairs ("lon,lat,lon",
-  /// "x,y,lon"): who wrote it meant one of them. A lone e or n may be anything.
+  /// y, else easting and northing, else e and n. Fails (bad_data, in words to go on after "the
+  /// first line") where it names no pair, where it names one of that pair's again ("lon,lat,lon"),
+  /// and where it has half of another pair ("x,y,lon"): who wrote it meant one of them. An e or an
+  /// n that is not needed may be anything.
   static Result<PlaceColumns> in(std::string_view head, bool degrees);
 
   /// Keeps no fields: a line takes no more memory than it is long.

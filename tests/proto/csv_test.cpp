@@ -61,17 +61,21 @@ TEST(Csv, ALineSaysItsPlaceAndHowManyFieldsItHas) {
 TEST(Csv, ACoordinateIsNotThereTwice) {
   for (const char* head : {"lon,lat,lon", "lon,lat,longitude", "lat,lon,LAT", "x,y,lon", "x,y,lat",
                            "lon,lat,x", "lon,y,lat", "x,y,x", "e,n,easting", "lon,lat,n,northing",
-                           "lon,lat,easting", "x,y,lon,lat,lng", "lon,lat,e,n,e"})
+                           "lon,lat,easting", "lat,lon,latitude,longitude"})
     for (const bool degrees : {true, false})
       EXPECT_FALSE(PlaceColumns::in(head, degrees)) << head << degrees;
   const std::string why = PlaceColumns::in("id,Longitude,lat,lon", true).error().what;
   EXPECT_NE(why.find("as longitude and as lon:"), std::string::npos) << why;
   for (const char* head : {"x,y,lon,lat", "lat,y,lon,x", "easting,northing,lon,lat", "e,n,x,y",
-                           "e,n,x,y,lon,lat", "lon,lat,n", "e,lat,lon", "lon,lat,name,name,,"})
+                           "e,n,x,y,lon,lat", "lon,lat,n", "e,lat,lon", "lon,lat,name,name,,",
+                           "n,lat,lon,easting,northing", "easting,northing,n"})
     for (const bool degrees : {true, false})
       EXPECT_TRUE(PlaceColumns::in(head, degrees)) << head << degrees;
   EXPECT_EQ(PlaceColumns::in("e,n,x,y", true)->x, 2u) << "x and y before easting and northing";
   EXPECT_EQ(PlaceColumns::in("lon,lat,e,n", false)->y, 3u);
+  EXPECT_EQ(PlaceColumns::in("easting,northing,n", false)->y, 1u);
+  EXPECT_EQ(PlaceColumns::in("x,y,lon,lat,lng", false)->x, 0u) << "of what is not asked for";
+  EXPECT_FALSE(PlaceColumns::in("x,y,lon,lat,lng", true));
 }
 
 TEST(Csv, NoColumnIsThereTwice) {
