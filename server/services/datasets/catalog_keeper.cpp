@@ -63,23 +63,6 @@ bool is_as_it_was(const ServedDataset& dataset) {
   return !dataset.unchanged || dataset.unchanged().has_value();
 }
 
-/// When the inode of each file that it is made of was last changed. Rights and links change that,
-/// too; but so does who writes into a file and sets its old time again (cp -p, rsync --inplace),
-/// which nothing else tells. Files of other machines have none.
-std::string changes_of(const Config& config, const DatasetSpec& spec, const Dataset& dataset) {
-  std::vector<std::string> files = named_files(config.every, spec.own);
-  for (const LayerTable& layer : spec.layers)
-    for (const std::string& file : named_files({}, layer.own)) files.push_back(file);
-  const auto& own = dataset.source ? dataset.source->info().files : spec.files;
-  files.insert(files.end(), own.begin(), own.end());
-  std::string times;
-  std::error_code none;
-  for (const std::string& file : files)
-    if (const auto state = file_state(file); state && std::filesystem::is_regular_file(file, none))
-      times += fmt::format("{} ", state->changed_ns);
-  return times;
-}
-
 /// Its heights could not be read when they were to be; a reload is to try again.
 bool has_failed(const ServedDataset& dataset) {
   if (!dataset.tiles) return false;
@@ -145,6 +128,21 @@ const CatalogKeeper::Wanted* CatalogKeeper::same_as(const Wanted& wanted,
   return found;
 }
 
+std::string CatalogKeeper::changes_of(const Config& config, const DatasetSpec& spec,
+                                      const Dataset& dataset) {
+  std::vector<std::string> files = named_files(config.every, spec.own);
+  for (const LayerTable& layer : spec.layers)
+    for (const std::string& file : named_geoids(layer.own)) files.push_back(file);
+  const auto& own = dataset.source ? dataset.source->info().files : spec.files;
+  files.insert(files.end(), own.begin(), own.end());
+  std::string times;
+  std::error_code none;
+  for (const std::string& file : files)
+    if (const auto state = file_state(file); state && std::filesystem::is_regular_file(file, none))
+      times += fmt::format("{} ", state->changed_ns);
+  return times;
+}
+
 /// What has other files by now is opened anew.
 void CatalogKeeper::want_configured(const Config& config, std::vector<Wanted>& wanted) const {
   for (DatasetSpec& spec : specs_of(config)) {
@@ -156,9 +154,11 @@ void CatalogKeeper::want_configured(const Config& config, std::vector<Wanted>& w
     } else {
       one.key = key_of(config, one.spec, *files);
       const Wanted* const same = same_as(one, name_of(one.spec));
-      if (same && is_as_it_was(*same->served) && !has_failed(*same->served) &&
-          same->changes == changes_of(config, same->spec, *same->served))
-        one.served = same->served, one.changes = same->changes;
+      if (same && is_as_it_was(*same->served) && !has_failed(*same->served)) {
+        one.changes = changes_of(config, one.spec, *same->served);
+        const bool was_entry = !same->entry.empty();  // whose state has them
+        if (was_entry || one.changes == same->changes) one.served = same->served;
+      }
     }
     wanted.push_back(std::move(one));
   }

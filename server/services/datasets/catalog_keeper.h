@@ -105,6 +105,10 @@ class CatalogKeeper {
     std::optional<Error> wrong = {};
   };
 
+  /// When the inode of each file that it is made of was last changed. Rights and links change that,
+  /// too; but so does who writes into a file and sets its old time again (cp -p, rsync --inplace),
+  /// which nothing else tells. Files of other machines have none.
+  static std::string changes_of(const Config&, const DatasetSpec&, const Dataset&);
   void want_configured(const Config&, std::vector<Wanted>&) const;
   Result<void> want_folder(const Config&, bool tables_rest, std::vector<Wanted>&);
   const Wanted* same_as(const Wanted&, const std::string& name) const;

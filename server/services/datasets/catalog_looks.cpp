@@ -109,6 +109,7 @@ void CatalogKeeper::follow_tiles() {
         std::ranges::find_if(here_, [&](const Wanted& one) { return one.served->name == name; });
     if (here == here_.end()) continue;
     retired_.push_back(std::exchange(here->served, catalog_.find(name)));
+    if (here->entry.empty()) here->changes = changes_of(config_, here->spec, *here->served);
   }
 }
 

@@ -253,7 +253,8 @@ Result<DatasetOptions> dataset_options(const SettingTexts& every, const SettingT
 std::vector<std::string> named_geoids(const SettingTexts& texts) {
   std::vector<std::string> files;
   for (const auto& [name, text] : texts)
-    if (name.ends_with("-datum") && names_geoid_file(text)) files.push_back(text);
+    if ((name.ends_with("-datum") || name.ends_with("_datum")) && names_geoid_file(text))
+      files.push_back(text);
   return files;
 }
 

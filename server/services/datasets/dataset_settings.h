@@ -56,7 +56,8 @@ using SettingTexts = std::map<std::string, std::string, std::less<>>;
 /// wrong is the error.
 Result<DatasetOptions> dataset_options(const SettingTexts& every, const SettingTexts& own);
 
-/// The files of geoids that settings name.
+/// The files of geoids that settings name. Of layers, too, whose settings are called as in a file:
+/// from_datum.
 std::vector<std::string> named_geoids(const SettingTexts&);
 /// All files that settings name beside the DEM's own: geoids, lines and areas, images. Of settings
 /// that are wrong, the geoids.

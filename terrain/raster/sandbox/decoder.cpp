@@ -143,13 +143,13 @@ void Decoder::turn_bad() {
   if (std::exchange(good_, false)) ++failed_in_all;
 }
 
-/// It closed its end: what its status says.
 bool says_crash(const Error& error) {
   constexpr int kCrashes[] = {SIGSEGV, SIGABRT, SIGFPE, SIGILL, SIGSYS};
   return std::ranges::any_of(kCrashes,
                              [&](int signal) { return error.what.contains(was_ended_by(signal)); });
 }
 
+/// It closed its end: what its status says.
 Error Decoder::ended() {
   turn_bad();
   int status = 0;

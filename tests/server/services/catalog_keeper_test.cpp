@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "server/services/datasets/dataset_settings.h"
 #include "server/services/datasets/opener.h"
 #include "terrain/raster/sandboxed_pool.h"
 #include "tests/support/flat_dem.h"
@@ -372,6 +373,14 @@ TEST_F(Keeper, ANewcomerTakesNobodysNameAndGetsItWhenItIsFree) {
   for (int i = 0; i < 100 && !keeper_.status().aside.empty(); ++i)
     std::this_thread::sleep_for(50ms);
   EXPECT_THAT(keeper_.status().aside, IsEmpty());
+}
+
+TEST(NamedFiles, AreThoseOfLayersTooWhoseSettingsAreCalledAsInAFile) {
+  const SettingTexts of_layer = {{"from_datum", "a.tif"}, {"to_datum", "ellipsoid"}};
+  EXPECT_THAT(named_geoids(of_layer), ElementsAre("a.tif"));
+  const SettingTexts own = {{"water", "sea.gpkg"}, {"drape", "c.tif"}};
+  EXPECT_THAT(named_files({}, own), ElementsAre("sea.gpkg", "c.tif"));
+  EXPECT_THAT(named_files({}, {{"from-datum", "none.gtx"}}), ElementsAre("none.gtx"));
 }
 
 TEST_F(Keeper, ATableWhoseFileComesLaterIsOpenedThen) {
