@@ -104,5 +104,19 @@ TEST(TomlFile, QuotesAndBracketsStandWhereTheyMay) {
             "");
 }
 
+/// Which toml++ 3.3 looks at as if no string were around.
+TEST(TomlFile, NoOtherLetterFollowsABackslash) {
+  for (const char* wrong :
+       {"s = \"\\\xd1\x9e\"", "s = \"\"\"a\\\xd1\x9e\"\"\"", "s = \"\"\"a\\ \n\t \xd1\x9e\"\"\"",
+        "s = \"\"\"\\\\\\\r\n\xd1\x9e\"\"\"", "s = \"\"\"\\\n\\\xd1\x9e\"\"\""}) {
+    const auto read = parse_toml(wrong, "t");
+    ASSERT_FALSE(read) << wrong;
+    EXPECT_NE(read.error().what.find("behind a backslash"), std::string::npos) << read.error().what;
+  }
+  for (const char* right : {"s = \"\\\\\xd1\x9e\"", "s = '\\\xd1\x9e'", "s = '''\\\n\xd1\x9e'''",
+                            "s = \"\"\"\\\n b\xd1\x9e\"\"\"", "s = \"\\t\xd1\x9e\" # \\\xd1\x9e"})
+    EXPECT_EQ(error(right), "") << right;
+}
+
 }  // namespace
 }  // namespace tind::services
