@@ -17,7 +17,6 @@
 #include "terrain/base/folder_entries.h"
 #include "terrain/base/lower_extension.h"
 #include "terrain/dataset/dataset.h"
-#include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
 #include "terrain/surface/surface.h"

@@ -19,7 +19,6 @@
 #include "server/services/datasets/open_dataset.h"
 #include "terrain/base/caught.h"
 #include "terrain/base/parallel.h"
-#include "terrain/raster/datums.h"
 #include "terrain/raster/dem_files.h"
 #include "terrain/raster/file_state.h"
 #include "terrain/raster/sandbox/decoder.h"

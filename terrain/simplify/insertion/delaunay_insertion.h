@@ -18,7 +18,6 @@
 #include <unordered_set>
 #include <vector>
 
-#include "terrain/base/keyed_hash.h"
 #include "terrain/base/progress.h"
 #include "terrain/mesh/halfedge_mesh.h"
 #include "terrain/mesh/triangle_plane.h"
@@ -209,7 +208,7 @@ class DelaunayInsertion {
   std::vector<std::uint8_t> hopeless_;  // by sample: it cannot become a vertex; empty: all can
   /// On the integer lattice: places at which there is a vertex, or the border, for good. Where
   /// posts are denser than places, one of each is tried, not all.
-  std::unordered_set<std::uint64_t, KeyedHash> taken_;
+  std::unordered_set<std::uint64_t> taken_;
   std::uint64_t tries_ = 0;
   std::vector<Worst> worst_;         // by triangle slot
   std::vector<Index> heap_, place_;  // binary max-heap of triangles, and where each one is
