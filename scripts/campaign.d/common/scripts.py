@@ -18,5 +18,6 @@ def run_script(run, words, count, seconds=None):
     last = (done.stdout.strip().splitlines() or ["nothing said"])[-1]
     run.note(last.replace(";", ","))
     if done.returncode:
+        print(done.stdout + done.stderr, flush=True)  # all of it, for the log
         run.fail(f"{words[0]} ended with {done.returncode}: {(done.stdout + done.stderr).strip()[-600:]}")
     return done.returncode == 0

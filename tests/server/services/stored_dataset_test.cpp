@@ -2,10 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
 
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
+#include "server/services/datasets/catalog_keeper.h"
 #include "server/services/datasets/open_dataset.h"
 #include "server/services/tiles/tile_service.h"
 #include "terrain/pyramid/build/build.h"
@@ -135,6 +138,40 @@ TEST_F(StoredDatasetTest, an_archive_gives_the_tiles_of_the_folder_and_those_tha
     EXPECT_EQ(catalog.follow().size(), 1u);
     EXPECT_TRUE(serves("new"));
   }
+}
+
+TEST_F(StoredDatasetTest, an_archive_that_was_followed_is_as_it_was_for_the_next_reload) {
+  build("d", 0);
+  build("new", 40);
+  const std::string file = folder_.file("a.pmtiles"), toml = folder_.file("tind.toml");
+  ASSERT_TRUE(copy_store(*open_store(folder_.file("d")), file, {}));
+  std::ofstream(toml) << "[[dataset]]\nname = \"d\"\nfiles = [\"a.pmtiles\"]\n";
+  Catalog catalog;
+  CatalogKeeper keeper(
+      catalog,
+      {.read =
+           [&] {
+             return read_config({.file = toml, .environment = {}, .flags = {}, .datasets = {}});
+           },
+       .environment = test::environment(),
+       .pool = nullptr});
+  spdlog::set_level(spdlog::level::off);
+  ASSERT_TRUE(keeper.load());
+  const auto before = catalog.find("d");
+  ASSERT_TRUE(before);
+  ASSERT_TRUE(copy_store(*open_store(folder_.file("new")), file, {}));
+  {
+    std::jthread running([&](const std::stop_token& stop) { keeper.run(stop); });
+    for (int i = 0; i < 600 && catalog.find("d") == before; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  const auto followed = catalog.find("d");
+  ASSERT_NE(followed, before);
+  const auto change = keeper.load();
+  spdlog::set_level(spdlog::level::info);
+  ASSERT_TRUE(change);
+  EXPECT_EQ(change->kept, 1u);
+  EXPECT_EQ(catalog.find("d"), followed);
 }
 
 }  // namespace
