@@ -83,6 +83,7 @@ struct Server::Impl {
   // start
   Result<void> open();
   Result<void> listen_at_port();
+  error_code take_or_bind(const tcp::endpoint& endpoint);
   Result<void> listen_at_socket();
 
   // accepting, on the first loop
@@ -145,16 +146,21 @@ Result<void> Server::Impl::listen_at_port() {
   const auto address = asio::ip::make_address(options.address, error);
   if (error)
     return fail(Errc::invalid_argument, options.address + " is not an IP address to listen on");
-  const tcp::endpoint endpoint(address, options.port);
-  protocol = endpoint.protocol();
-  if (acceptor->open(protocol, error)) return cannot(error);
-  if (acceptor->set_option(tcp::acceptor::reuse_address(true), error)) return cannot(error);
-  if (acceptor->bind(endpoint, error)) return cannot(error);
-  if (acceptor->listen(kBacklog, error)) return cannot(error);
+  if (error = take_or_bind({address, options.port}); error) return cannot(error);
   if (acceptor->non_blocking(true, error)) return cannot(error);
   bound_port = acceptor->local_endpoint(error).port();
   if (error) return cannot(error);
   return {};
+}
+
+error_code Server::Impl::take_or_bind(const tcp::endpoint& endpoint) {
+  error_code error;
+  protocol = endpoint.protocol();
+  if (options.listener >= 0) return acceptor->assign(protocol, options.listener, error);
+  if (acceptor->open(protocol, error)) return error;
+  if (acceptor->set_option(tcp::acceptor::reuse_address(true), error)) return error;
+  if (acceptor->bind(endpoint, error)) return error;
+  return acceptor->listen(kBacklog, error);
 }
 
 /// Asio's sockets only carry the descriptor: what is TCP's own (an address, TCP_NODELAY) fails
@@ -330,9 +336,11 @@ void Server::Impl::begin_drain() {
 }
 
 void Server::Impl::close_listener() {
-  // Clients that the kernel has already accepted for us would otherwise be reset.
-  for (int i = 0; i < kBacklog && accept_one(); ++i) {
-  }
+  // Clients that the kernel has already accepted for us would otherwise be reset: unless somebody
+  // keeps the socket, where they wait.
+  if (options.listener < 0)
+    for (int i = 0; i < kBacklog && accept_one(); ++i) {
+    }
   error_code ignored;
   (void)acceptor->close(ignored);
 }

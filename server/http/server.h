@@ -23,6 +23,10 @@ struct ServerOptions {
   /// The path of a Unix socket instead of both, for its owner alone (mode 0600). One that nobody
   /// listens at any more is replaced; anything else at that path is an error.
   std::string socket = {};
+  /// A TCP socket at that address that listens already, in place of binding one; -1: none. Closed
+  /// with the server, but whoever handed it over may keep it open: clients that wait at it when the
+  /// server stops are left for the one that comes next.
+  int listener = -1;
   int threads = 0;  // 0: one per core
   Limits limits;
   std::size_t buffer_bytes = 128 << 20;  // held for clients: request bodies, responses on their way

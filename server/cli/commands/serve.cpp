@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -15,6 +16,7 @@
 #include "server/cli/options/surface_input.h"
 #include "server/cli/program/exit.h"
 #include "server/services/datasets/config.h"
+#include "terrain/base/errno_text.h"
 
 namespace tind::cli {
 namespace {
@@ -31,7 +33,8 @@ constexpr const char* kAsRoot =
 int run(const Options& options) {
   const bool runs = !options.check_config && !options.print_config;
   if (runs) ignore_signals();
-  if (const rlimit none{0, 0}; options.no_core_dumps) ::setrlimit(RLIMIT_CORE, &none);
+  if (const rlimit none{0, 0}; options.no_core_dumps && ::setrlimit(RLIMIT_CORE, &none) != 0)
+    return complain(Error{Errc::io, "--no-core-dumps: " + errno_text(errno)});
   const auto config = configure(options.daemon);
   if (!config) return complain(config.error());
   const bool refused = ::geteuid() == 0 && !config->as_root;

@@ -20,6 +20,7 @@
 #include "server/api/app.h"
 #include "server/cli/daemon/daemon_parts.h"
 #include "server/cli/daemon/daemon_process.h"
+#include "server/cli/daemon/service_manager.h"
 #include "server/cli/program/exit.h"
 #include "server/log/log.h"
 #include "server/log/printable.h"
@@ -153,7 +154,11 @@ Result<std::unique_ptr<http::Server>> listen_for_admin(const Config& config,
 
 }  // namespace
 
-int run_daemon(const Config& config, const DaemonOptions& options) {
+int run_daemon(const Config& read, const DaemonOptions& options) {
+  const auto listener = take_listening_socket();
+  if (!listener) return complain(listener.error());
+  Config config = read;
+  if (*listener) config.listen = (*listener)->address;
   bound_memory();
   const bool had_terminal = has_terminal();
   const logging::Log log(config.log_level,
@@ -206,6 +211,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
   const http::Router admin_router =
       api::make_admin_router(app, !config.admin_listen.starts_with("unix:"));
   auto listening = server_options(config, had_terminal);
+  if (*listener) listening.listener = (*listener)->descriptor;
   listening.on_hangup = [&keeper] { keeper.reload(); };
   auto server = http::Server::listen(router, listening);
   if (!server) return complain(server.error());
@@ -226,6 +232,7 @@ int run_daemon(const Config& config, const DaemonOptions& options) {
     return complain(Error{Errc::io, fmt::format("cannot say where it listens: standard output: {}",
                                                 errno_text(errno))});
   if (*admin) spdlog::info("admin at {}", (*admin)->url());
+  tell_ready();
   if (has_hung_up() && listening.hangup_stops())
     (*server)->stop();
   else if (has_hung_up())

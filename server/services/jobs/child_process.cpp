@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <utility>
@@ -27,11 +28,17 @@ constexpr auto kLook = 50ms;       // how often a child is looked after
 constexpr auto kPatience = 300ms;  // from SIGTERM to SIGKILL
 constexpr std::size_t kLongestLine = 4096;
 
-void limit(int resource, std::size_t most) {
-  if (most == 0) return;
-  const rlimit both{most, most};
-  ::setrlimit(__rlimit_resource(resource), &both);
+/// Never more than there is, which nobody may. False where a filter forbids limits: a job without
+/// them is not begun.
+bool limit(int resource, std::size_t soft, std::size_t hard) {
+  rlimit now{};
+  const auto which = __rlimit_resource(resource);
+  if (::getrlimit(which, &now) != 0) return false;
+  const rlimit both{std::min<rlim_t>(soft, now.rlim_max), std::min<rlim_t>(hard, now.rlim_max)};
+  return ::setrlimit(which, &both) == 0;
 }
+
+bool limit(int resource, std::size_t most) { return most == 0 || limit(resource, most, most); }
 
 /// In the child, where other threads may have held any lock: system calls only.
 [[noreturn]] void become(char* const* arguments, const char* folder, const ChildLimits& limits,
@@ -40,22 +47,19 @@ void limit(int resource, std::size_t most) {
   if (::getppid() != parent) ::_exit(127);  // it went before that
   ::setpgid(0, 0);
   ::setpriority(PRIO_PROCESS, 0, limits.niceness);
-  limit(RLIMIT_AS, limits.memory_bytes);
-  limit(RLIMIT_FSIZE, limits.file_bytes);
-  if (const auto most = std::size_t(limits.cpu_time.count()); most > 0) {
-    const rlimit seconds{most,
-                         most + 1};  // SIGXCPU first, which says why; SIGKILL can be anybody's
-    ::setrlimit(RLIMIT_CPU, &seconds);
-  }
-  const rlimit none{0, 0};
-  ::setrlimit(RLIMIT_CORE, &none);
+  const auto seconds = std::size_t(limits.cpu_time.count());
+  // SIGXCPU first, which says why; SIGKILL can be anybody's.
+  const bool limited =
+      limit(RLIMIT_AS, limits.memory_bytes) && limit(RLIMIT_FSIZE, limits.file_bytes) &&
+      (seconds == 0 || limit(RLIMIT_CPU, seconds, seconds + 1)) && limit(RLIMIT_CORE, 0, 0);
   for (const int signal : {SIGPIPE, SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXFSZ, SIGXCPU})
     ::signal(signal, SIG_DFL);  // NOLINT(concurrency-mt-unsafe): there is one thread here
   sigset_t none_blocked;
   ::sigemptyset(&none_blocked);
   ::sigprocmask(SIG_SETMASK, &none_blocked, nullptr);  // NOLINT(concurrency-mt-unsafe): the same
-  const bool ready = ::chdir(folder) == 0 && ::dup2(nothing, 0) == 0 && ::dup2(nothing, 1) == 1 &&
-                     ::dup2(errors, 2) == 2 && ::close_range(3, ~0u, 0) == 0;
+  const bool ready = limited && ::chdir(folder) == 0 && ::dup2(nothing, 0) == 0 &&
+                     ::dup2(nothing, 1) == 1 && ::dup2(errors, 2) == 2 &&
+                     ::close_range(3, ~0u, 0) == 0;
   if (ready) ::execv(arguments[0], arguments);
   ::_exit(127);
 }

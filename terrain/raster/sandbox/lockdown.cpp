@@ -248,13 +248,15 @@ bool has_seccomp() {
   return ::syscall(SYS_seccomp, SECCOMP_GET_ACTION_AVAIL, 0, &action) == 0;
 }
 
+/// Never more than there is: to lower a limit is everybody's right. Where it fails, a filter that
+/// somebody has put around us forbids it, and what it would have held is not held.
 bool limit(int what, rlim_t most) {
   rlimit now{};
   const auto which = __rlimit_resource(what);
   if (::getrlimit(which, &now) != 0) return false;
   most = std::min(most, now.rlim_max);
   const rlimit both{most, most};
-  return ::setrlimit(which, &both) == 0 || errno == EPERM;  // a service manager may forbid it
+  return ::setrlimit(which, &both) == 0;
 }
 
 }  // namespace
@@ -278,7 +280,9 @@ Result<Support> lock_down(const Allowed& allowed, const Lockdown& limits) {
   if (limits.memory_bytes > 0) good = good && limit(RLIMIT_AS, limits.memory_bytes);
 #endif
   if (limits.cpu_seconds > 0) good = good && limit(RLIMIT_CPU, limits.cpu_seconds);
-  if (!good) return failed("setrlimit");
+  if (!good)
+    return failed(
+        "no limits can be set (let whoever begins it allow prlimit64, or leave the sandbox out)");
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return failed("no_new_privs");
   if (has.landlock > 0)
     if (auto done = fence_files(allowed, has.landlock); !done) return std::unexpected(done.error());

@@ -1,83 +1,20 @@
 // How the daemon ends, as whoever began it sees it.
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <chrono>
 #include <csignal>
-#include <cstdlib>
-#include <string>
 #include <thread>
 
-#include "tests/support/program.h"
-#include "tests/support/support.h"
+#include "tests/support/daemon_process.h"
 
 namespace tind::test {
 namespace {
 
-/// `tind serve` of a small DEM, which ends with this at the latest.
-class Daemon {
- public:
-  Daemon() {
-    int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) return;
-    ::setenv("TIND_AS_ROOT", "true", 0);
-    const std::string program = tind_binary(), dem = testdata("rainier.tif");
-    const std::string indexes = folder_.file("indexes");
-    process_ = ::fork();
-    if (process_ == 0) {
-      ::dup2(ends[1], STDOUT_FILENO);
-      ::dup2(ends[1], STDERR_FILENO);
-      ::execl(program.c_str(), program.c_str(), "serve", dem.c_str(), "--listen", "127.0.0.1:0",
-              "--index-dir", indexes.c_str(), "--jobs", "0", nullptr);
-      ::_exit(127);
-    }
-    ::close(ends[1]);
-    output_ = ends[0];
-  }
-  ~Daemon() {
-    if (process_ > 0) {
-      ::kill(process_, SIGKILL);
-      ::waitpid(process_, nullptr, 0);
-    }
-    if (output_ >= 0) ::close(output_);
-  }
-  Daemon(const Daemon&) = delete;
-  Daemon& operator=(const Daemon&) = delete;
-
-  /// Waits until it has said so; false where it has ended without.
-  bool says(const std::string& words) {
-    std::array<char, 4096> part;
-    while (said_.find(words) == said_.npos) {
-      const ssize_t size = ::read(output_, part.data(), part.size());
-      if (size <= 0) return false;
-      said_.append(part.data(), std::size_t(size));
-    }
-    return true;
-  }
-  void hears(int signal) const { ::kill(process_, signal); }
-  /// Its status where it has ended.
-  bool has_ended(int& status) {
-    if (::waitpid(process_, &status, WNOHANG) != process_) return false;
-    process_ = -1;
-    return true;
-  }
-  const std::string& said() const { return said_; }
-
- private:
-  TempDir folder_;
-  pid_t process_ = -1;
-  int output_ = -1;
-  std::string said_;
-};
-
 /// From its last word until it is gone it takes a moment.
 TEST(Stopping, ASignalMoreChangesNoExitCode) {
   for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
-    Daemon daemon;
+    DaemonProcess daemon;
     ASSERT_TRUE(daemon.says("serving 1 datasets")) << daemon.said();
     daemon.hears(SIGTERM);
     ASSERT_TRUE(daemon.says("stopped")) << daemon.said();

@@ -5,16 +5,22 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/ptrace.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
+#include <sys/uio.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstddef>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -56,6 +62,57 @@ bool begins_a_process() {
   return child > 0;
 }
 
+bool begins_a_thread() {
+  pthread_t thread;
+  if (::pthread_create(
+          &thread, nullptr, [](void*) -> void* { return nullptr; }, nullptr) != 0)
+    return false;
+  return ::pthread_join(thread, nullptr) == 0;
+}
+
+/// One that lets anybody look into it, and ends with this.
+class Bystander {
+ public:
+  Bystander() {
+    int ready[2];
+    if (::pipe(ready) != 0) return;
+    process_ = ::fork();
+    if (process_ == 0) {
+      ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+      ::prctl(PR_SET_PTRACER, PR_SET_PTRACER_ANY);
+      ::close(ready[0]);
+      ::close(ready[1]);
+      for (;;) ::pause();
+    }
+    ::close(ready[1]);
+    char none;
+    [[maybe_unused]] const ssize_t end = ::read(ready[0], &none, 1);
+    ::close(ready[0]);
+  }
+  ~Bystander() {
+    if (process_ <= 0) return;
+    ::kill(process_, SIGKILL);
+    ::waitpid(process_, nullptr, 0);
+  }
+  Bystander(const Bystander&) = delete;
+  Bystander& operator=(const Bystander&) = delete;
+  pid_t process() const { return process_; }
+
+ private:
+  pid_t process_ = -1;
+};
+
+pid_t bystander = -1;
+
+bool traces_another() { return ::ptrace(PTRACE_SEIZE, bystander, nullptr, nullptr) == 0; }
+
+/// It is a copy of whoever began both: what is there in one is there in the other.
+bool reads_another() {
+  pid_t copy = 0;
+  const iovec to{&copy, sizeof copy}, from{&bystander, sizeof bystander};
+  return ::process_vm_readv(bystander, &to, 1, &from, 1, 0) == ssize_t(sizeof copy);
+}
+
 bool has_memory_to_run() {
   void* const code =
       ::mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -82,7 +139,10 @@ constexpr Attempt kAttempts[] = {
     {"open a TCP socket", [] { return has_socket(AF_INET); }, false},
     {"open a Unix socket", [] { return has_socket(AF_UNIX); }, false},
     {"begin a process", begins_a_process, false},
+    {"begin a thread", begins_a_thread, false},
     {"execute a program", executes, false},
+    {"read another process's memory", reads_another, false},
+    {"trace another process", traces_another, false},
     {"signal the process that began it", [] { return ::kill(::getppid(), 0) == 0; }, false},
     {"have the kernel signal another process",
      [] { return ::fcntl(0, F_SETOWN, ::getppid()) == 0 && ::fcntl(0, F_SETOWN, 0) == 0; }, false},
@@ -144,6 +204,8 @@ TEST(Lockdown, WhatReadingDoesNotNeedIsRefused) {
   new_file = folder.file("new");
   std::ofstream(allowed_file) << "heights";
   std::ofstream(other_file) << "secrets";
+  const Bystander other;
+  bystander = other.process();
   const std::string before = in_process(try_all);
   std::ofstream(new_file) << "to be removed";
   const std::string after = in_process([]() -> std::string {
@@ -176,6 +238,29 @@ TEST(Lockdown, MemoryAndFoldersAreBounded) {
     return much == MAP_FAILED ? "bounded" : "not bounded";
   });
   EXPECT_EQ(said, "bounded");
+}
+
+/// Whoever began the process may have left it no way to set limits. What would then be without them
+/// is not begun.
+TEST(Lockdown, WithoutItsLimitsItFails) {
+  if (!supported().seccomp) GTEST_SKIP() << "this system has no seccomp filters";
+  const std::string said = in_process([]() -> std::string {
+    sock_filter refuses[] = {
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_prlimit64, 0, 3),
+        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[2])),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, 0),  // it only asks for them
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
+        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
+    };
+    const sock_fprog filter{std::size(refuses), refuses};
+    if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
+        ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0)
+      return "no filter";
+    const auto locked = lock_down({}, {.cpu_seconds = 60});
+    return locked ? "locked down without limits" : "failed";
+  });
+  EXPECT_EQ(said, "failed");
 }
 
 TEST(Lockdown, SaysWhatIsMissing) {

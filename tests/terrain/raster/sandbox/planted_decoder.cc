@@ -13,9 +13,11 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "terrain/raster/gdal/heights/file_wire.h"
 #include "terrain/raster/gdal/heights/gdal_file.h"
+#include "terrain/raster/sandbox/lockdown.h"
 #include "terrain/raster/sandbox/wire.h"
 
 namespace {
@@ -60,6 +62,15 @@ std::string told(const std::string& how, const gdal::HeightFile& file) {
   for (;;) ++turns;
 }
 
+/// Until there is no more, within the limit of a real one. Addresses count, touched or not.
+[[noreturn]] void bloat() {
+  constexpr std::size_t kMost = std::size_t(2) << 30, kPart = 64 << 20;
+  if (!sandbox::lock_down({}, {.memory_bytes = kMost})) ::_exit(5);
+  std::vector<std::unique_ptr<char[]>> held;
+  while (held.size() < kMost / kPart) held.push_back(std::make_unique_for_overwrite<char[]>(kPart));
+  ::_exit(6);  // there was no limit
+}
+
 /// Instead of heights; true where they are to be had nevertheless.
 bool misbehaves(const std::string& how, const Request& request) {
   Reply reply;
@@ -67,6 +78,7 @@ bool misbehaves(const std::string& how, const Request& request) {
   if (how == "crashes" || (how == "crashes in the east" && request.col >= 256)) ::raise(SIGSEGV);
   if (how == "ends") ::_exit(3);
   if (how == "spins") spin();
+  if (how == "bloats") bloat();
   if (how == "sleeps")
     for (;;) ::pause();
   if (how == "shrinks the memory")

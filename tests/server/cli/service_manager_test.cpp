@@ -1,0 +1,126 @@
+// A daemon whose socket is somebody else's, as under systemd.
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "terrain/base/descriptor.h"
+#include "tests/support/daemon_process.h"
+
+namespace tind::test {
+namespace {
+
+using testing::HasSubstr;
+
+class ServiceManager : public testing::Test {
+ protected:
+  void SetUp() override {
+    sockaddr_in at{};
+    at.sin_family = AF_INET;
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    listener_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    ASSERT_EQ(::bind(listener_.get(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+    ASSERT_EQ(::listen(listener_.get(), 100), 0);
+    socklen_t size = sizeof address_;
+    ::getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address_), &size);
+  }
+
+  /// What a child does first.
+  static std::function<void()> hands_over(int descriptor, const char* count = "1") {
+    return [=] {
+      ::dup2(descriptor, 3);
+      ::fcntl(3, F_SETFD, 0);  // it may have been 3 before
+      ::setenv("LISTEN_PID", std::to_string(::getpid()).c_str(), 1);
+      ::setenv("LISTEN_FDS", count, 1);
+    };
+  }
+  /// A client that has asked, whether somebody accepts it or not.
+  Descriptor asked() const {
+    Descriptor client(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    EXPECT_EQ(
+        ::connect(client.get(), reinterpret_cast<const sockaddr*>(&address_), sizeof address_), 0);
+    const std::string request = "GET /livez HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n";
+    EXPECT_EQ(::send(client.get(), request.data(), request.size(), 0), ssize_t(request.size()));
+    return client;
+  }
+  static std::string answer(const Descriptor& client) {
+    std::string all;
+    std::array<char, 4096> part;
+    for (ssize_t size; (size = ::recv(client.get(), part.data(), part.size(), 0)) > 0;)
+      all.append(part.data(), std::size_t(size));
+    return all;
+  }
+
+  Descriptor listener_;
+  sockaddr_in address_{};
+};
+
+TEST_F(ServiceManager, WhoComesBetweenTwoDaemonsIsServedByTheNextOne) {
+  Descriptor waiting;
+  for (int life = 0; life < 3; ++life) {
+    DaemonProcess daemon(hands_over(listener_.get()));
+    ASSERT_TRUE(daemon.says(
+        "serving 1 datasets at http://127.0.0.1:" + std::to_string(ntohs(address_.sin_port)) + "/"))
+        << daemon.said();
+    if (life > 0) {
+      EXPECT_THAT(answer(waiting), HasSubstr("200 OK"));
+    }
+    EXPECT_THAT(answer(asked()), HasSubstr("200 OK"));
+    daemon.hears(SIGTERM);
+    ASSERT_TRUE(daemon.says("stopped")) << daemon.said();
+    waiting = asked();
+    EXPECT_EQ(daemon.exit_code(), 0);
+  }
+}
+
+TEST_F(ServiceManager, HearsWhenTheDaemonServes) {
+  const TempDir folder;
+  sockaddr_un at{};
+  at.sun_family = AF_UNIX;
+  const std::string path = folder.file("notify");
+  std::memcpy(at.sun_path, path.data(), path.size());
+  const Descriptor heard(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  ASSERT_EQ(::bind(heard.get(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+  DaemonProcess daemon([&] { ::setenv("NOTIFY_SOCKET", path.c_str(), 1); });
+  std::array<char, 64> said{};
+  EXPECT_GT(::recv(heard.get(), said.data(), said.size(), 0), 0);
+  EXPECT_STREQ(said.data(), "READY=1");
+  EXPECT_TRUE(daemon.says("serving 1 datasets"));
+}
+
+TEST_F(ServiceManager, WhatIsNoSocketThatListensIsRefused) {
+  const Descriptor file(::open("/dev/null", O_RDWR | O_CLOEXEC));
+  const Descriptor silent(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const Descriptor datagrams(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  for (const int descriptor : {file.get(), silent.get(), datagrams.get()}) {
+    DaemonProcess daemon(hands_over(descriptor));
+    EXPECT_TRUE(daemon.says("ListenStream=")) << daemon.said();
+    EXPECT_EQ(daemon.exit_code(), 2);
+  }
+  DaemonProcess daemon(hands_over(listener_.get(), "2"));
+  EXPECT_TRUE(daemon.says("2 sockets")) << daemon.said();
+  EXPECT_EQ(daemon.exit_code(), 2);
+}
+
+/// Variables of a process further up, which keeps its sockets to itself.
+TEST_F(ServiceManager, SocketsOfOthersAreNone) {
+  DaemonProcess daemon([] {
+    ::setenv("LISTEN_PID", "1", 1);
+    ::setenv("LISTEN_FDS", "1", 1);
+  });
+  EXPECT_TRUE(daemon.says("serving 1 datasets")) << daemon.said();
+}
+
+}  // namespace
+}  // namespace tind::test
