@@ -2,13 +2,18 @@
 import json
 import subprocess
 
-from common import programme
+from common import figures, programme
 from common.programme import ROOT
 
 TIERS = ("campaign",)
 ASKED = "A3: 95 % of the lines of proto, http and pyramid"
-WHY_NOT = "lines, not branches; of each room only its own tests are counted (of server/http those of server/api, too)"
+WHY_NOT = "lines, not branches; three rooms, not all; of each room only its own tests are counted (of server/http those of server/api, too)"
 GOAL = 95
+
+
+def REACHED(rows):
+    latest = {room: (percent, lines) for room, percent, lines in figures.numbers(r"(\S+) ([\d.]+) % of ([\d,]+) lines", rows)}
+    return {"A3": ", ".join(f"{room} {percent} % of {lines:,}" for room, (percent, lines) in latest.items()) + " lines"}
 
 
 def run(run):

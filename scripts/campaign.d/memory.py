@@ -1,7 +1,7 @@
 """Every N-th allocation of the program's own code fails (std::bad_alloc), by a library in front of it."""
 import subprocess
 
-from common import programme
+from common import figures, programme
 from common.analyses import analyses
 from common.batches import batches
 from common.hostile import HONEST
@@ -11,9 +11,14 @@ from common.work import difference, works
 TIERS = ("ci", "gate", "campaign")
 DAEMON = 4  # shares of the time that a work has one of: a life of it is long
 ASKED = "D1: every N of start-up, tiles, reload, a batch: right bytes or an honest end; never an abort, never other bytes"
-WHY_NOT = ("allocations inside GDAL and PROJ are not failed: both abort by design; "
+WHY_NOT = ("as many points as the seconds allow, one in some ten thousand, others with each seed; one allocation fails, not all that follow; allocations inside GDAL and PROJ are not failed: both abort by design; "
            "nlohmann-json 3.11.2 crashes where the allocation fails by which operator[] makes an object of a null value")
 
+
+def REACHED(rows):
+    last = figures.last_whole(rows)
+    return {"D1": f"{sum(row.tried for row in rows):,} points tried (there are {sum(n for n, in figures.numbers(r' of ([0-9,]+) points', [last])):,} by the last row, "
+                  f"{last.wrong} wrong in it)"}
 
 
 def failing_new(run):

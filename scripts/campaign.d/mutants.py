@@ -6,12 +6,13 @@ import re
 import subprocess
 from pathlib import Path
 
-from common import programme
+from common import figures, programme
 from common.programme import ROOT
 
 TIERS = ("campaign",)
 ASKED = "A4: of 500 seeded mutants in the parsers, the checker and the certificate at least 80 % are noticed"
-WHY_NOT = "mutants that change nothing one could see (equivalent ones) count as not noticed"
+WHY_NOT = ("as many as the seconds allow, of six files: up to seed 52 304 in three runs together, not 500 in one; mutants that change nothing one could see (equivalent ones) count as not "
+           "noticed")
 BUILD = ROOT / "build/release"
 # source: the test program that holds it, and which of its tests
 TARGETS = {"server/http/message/request_parser.cpp": ("server_http_test", "RequestParser.*:ValidAuthority.*"),
@@ -23,6 +24,14 @@ TARGETS = {"server/http/message/request_parser.cpp": ("server_http_test", "Reque
 SWAPS = [(r" < ", " <= "), (r" <= ", " < "), (r" > ", " >= "), (r" >= ", " > "), (r" == ", " != "), (r" != ", " == "), (r" && ", " || "), (r" \|\| ", " && "),
          (r" \+ ", " - "), (r" - ", " + "), (r" \+ 1\b", " + 2"), (r"\btrue\b", "false"), (r"\bfalse\b", "true"), (r"\+\+(\w)", r"--\1"), (r"\b(\d+)\b", lambda m: str(int(m[1]) + 1)),
          (r"^(\s*)if \(.*\) return .*;$", r"\1;"), (r" \* ", " + "), (r"!(\w)", r"\1"), (r"std::min", "std::max"), (r"std::max", "std::min")]
+
+
+def REACHED(rows):
+    of_files = [figures.numbers(r"(\S+\.cpp) (\d+) of (\d+)", [row]) for row in rows if ".cpp" in row.result]
+    noticed, tried = (sum(one[k] for files in of_files for one in files) for k in (1, 2))
+    least = min((one for one in of_files[-1] if one[2]), key=lambda one: one[1] / one[2])
+    return {"A4": f"{noticed:,} of {tried:,} noticed ({figures.percent(noticed / tried)}) in {len(of_files)} rows together, {sum(n for _, n, _ in of_files[-1])} of {sum(n for *_, n in of_files[-1])} in the "
+                  f"last; of its files least: {least[0].split('/')[-1]}, {least[1]} of {least[2]}"}
 
 
 def mutants(text):
@@ -97,6 +106,7 @@ class Bench:
 
 def run(run):
     programme.needs("ninja", "g++")
+    noticed_in_all = 0
     for left, (source, (program, tests)) in zip(range(len(TARGETS), 0, -1), TARGETS.items()):
         if run.only not in source:
             continue
@@ -124,6 +134,8 @@ def run(run):
         for number, line in missed:
             print(f"  not noticed: {source}:{number + 1}: {line.strip()}")
         noticed = len(verdicts) - len(missed)
+        noticed_in_all += noticed
         run.note(f"{source} {noticed} of {len(verdicts)}")
         if len(verdicts) >= 10 and noticed < 0.8 * len(verdicts):
             run.fail(f"{source}: {noticed} of {len(verdicts)} noticed")
+    run.note(f"{noticed_in_all} of {run.executions} noticed")

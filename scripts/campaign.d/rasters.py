@@ -6,13 +6,16 @@ import subprocess
 import zipfile
 import zlib
 
-from common import programme
+from common import figures, programme
 from common.hostile import Case, Judge
 from common.tiff import FORMS, GEO_4326, place, tiff  # noqa: F401
 
 TIERS = ("ci", "gate", "campaign")
 ASKED = "D6, F7: 300 rasters; 0 silent wrong tiles, 0 files outside opened; 512 MB and bounded time each"
-WHY_NOT = "a file of megabytes that says it has 5 x 10^11 posts is refused in degrees, for which they are too many; in a CRS that has room for them it is read post by post, as a DEM of that size is"
+WHY_NOT = ("`tind build` reads them, not the daemon, nor the sandbox; for 342 of 1,619 cases, a fifth, any tiles pass that the file may now say ('bounded'): only end, files, "
+           "memory and time are judged; a bit flipped where nothing sums up the bits is another height, which passes as GDAL's own tool reads it, too; a file of "
+           "megabytes that says it has 5 x 10^11 posts is refused in degrees, for which they are too many; in a CRS that has room for them it is read post by post, as a "
+           "DEM of that size is")
 
 WIDE, HIGH = 60, 50
 WKT = ('GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],'
@@ -441,6 +444,13 @@ def damaged(run):
             yield Case(f"{name}, {size} bytes at {at}", {first: spoiled, **rest}, "bounded", args, like)
 
 
+def REACHED(rows):
+    last = figures.last_whole(rows)
+    memory, seconds = figures.numbers(r"at most ([\d,]+) MB, ([\d.]+) s of CPU", figures.beyond_ci(rows) or rows)[-1]
+    return {"D6": f"rasters: {last.tried:,} cases in the last row, {last.wrong} wrong; {sum(row.tried for row in rows):,} in all",
+            "F7": f"{memory} MB and {seconds} s of CPU at most for any case of the last row"}
+
+
 GROUPS = (disguises, names, lying_sizes, lying_blocks, lying_places, lying_words, bombs, sidecars, headers, vrts)
 
 
@@ -450,13 +460,17 @@ def run(run):
     sound = run.work / "sound.tif"
     sound.write_bytes(tiff(ROWS))
     judge.reference("small", sound)
-    while not run.wrong:
-        cases = [case for group in GROUPS for case in group()] + list(damaged(run))
-        known, chosen = len(cases), run.sample(cases, 0.06)
-        for case in chosen:
+    if run.wrong:
+        return  # with nothing to compare with
+    made_up = [case for group in GROUPS for case in group()]
+    cases = made_up + list(damaged(run))
+    known = len(cases)
+    while True:
+        for case in run.sample(cases, 0.06):
             if run.time_left() < 0 and run.tier != "gate":
                 break
             judge.try_case(case)
         if run.tier != "campaign" or run.time_left() < 0:
             break
+        cases = list(damaged(run))  # other bits; what was made up is the same in every round
     run.note(f"{known} cases, {judge.built} built, the others refused; at most {judge.peak:.0f} MB, {judge.cpu:.1f} s of CPU")

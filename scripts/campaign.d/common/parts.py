@@ -1,5 +1,7 @@
 """The parts: every file of scripts/campaign.d. A part has TIERS, ASKED (the figure that is wanted of it, and the words
-of the programme that it comes from), WHY_NOT (what of it is not done, and why) and run(Run)."""
+of the programme that it comes from), WHY_NOT (what of it is not done, and why) and run(Run). It may have SECONDS (by
+tier, where that is not what the others have) and REACHED(rows): what all its rows of the ledger say, by id of the
+programme (figures.py)."""
 import importlib.util
 from pathlib import Path
 

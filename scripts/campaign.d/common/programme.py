@@ -11,7 +11,7 @@ from pathlib import Path
 os.environ.setdefault("TIND_AS_ROOT", "true")  # at work here alone, maybe where there is no other user
 ROOT = Path(__file__).resolve().parents[3]
 TIND = Path(os.environ.get("TIND_BINARY", ROOT / "build/release/tind"))
-SECONDS = {"ci": 60, "gate": 900, "campaign": 3600}
+SECONDS = {"ci": 60, "gate": 900, "campaign": 3600}  # where the part has none of its own
 
 
 class NotHere(Exception):
@@ -27,9 +27,9 @@ def needs(*programs):
 class Run:
     """One part, once. `executions` counts what was tried, `wrong` what was not as it must be."""
 
-    def __init__(self, name, asked, work):
+    def __init__(self, name, asked, work, part=None):
         self.name, self.tier, self.seed, self.only = name, asked.tier, asked.seed, asked.only or ""
-        self.seconds = asked.seconds or SECONDS[asked.tier]
+        self.seconds = asked.seconds or getattr(part, "SECONDS", {}).get(asked.tier, SECONDS[asked.tier])
         self.rng = random.Random(f"{name} {asked.seed}")
         self.work = Path(work).resolve()
         self.executions, self.wrong, self.notes = 0, [], []
@@ -47,7 +47,7 @@ class Run:
         self.notes.append(what)
 
     def sample(self, cases, share):
-        """All of them at the gate; in ci a share, by the seed. In an order of the seed, so that time cuts fairly."""
+        """In ci a share, by the seed, else all. In an order of the seed, so that time cuts fairly where it is too short for all."""
         cases = [c for c in cases if self.only in str(c)]
         self.rng.shuffle(cases)
         return cases if self.tier != "ci" or self.only else cases[:max(1, int(len(cases) * share))]
@@ -76,7 +76,7 @@ def commit():
 def run(part, name, asked):
     print(f"=== {name} ({asked.tier}, seed {asked.seed})", flush=True)
     with tempfile.TemporaryDirectory(prefix="tind-campaign-") as work:
-        it, missing = Run(name, asked, work), ""
+        it, missing = Run(name, asked, work, part), ""
         try:
             part.run(it)
             if it.executions == 0 and not it.wrong:
