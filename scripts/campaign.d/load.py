@@ -1,20 +1,28 @@
 """Load and abuse: slow connections, a herd at one cold tile, too few descriptors, too much work, clients that leave."""
+import collections
 import itertools
 import json
 import os
+import re
 import resource
+import select
+import socket
 import statistics
 import subprocess
 import threading
 import time
 
 from common import programme
-from common.daemon import DEM, Daemon, Wire, rss_kb
+from common.daemon import DEM, Daemon, Wire, held
 
 TIERS = ("ci", "gate", "campaign")
-ASKED = "F1-F4: 10,000 slow connections beside 200 good clients, p99 at most doubled; one build for 5,000; 503 in time; flat memory"
-WHY_NOT = "9,000 slow connections at the gate (20,000 descriptors are for both ends); the good clients share two cores with the daemon and with who is slow; a p99 is wrong where it is more than doubled and more than 20 ms"
+ASKED = "F1-F4: 10,000 slow connections beside 200 good clients, p99 at most doubled and at most 20 ms; one build for 5,000; 503 in time; flat memory"
+WHY_NOT = ("the programme asks for both bounds of a p99, and it is called wrong here only where it is more than doubled and more than 20 ms: the good clients "
+           "share two cores with the daemon and with who is slow, where a few milliseconds double by themselves; the row has each ratio, and what is "
+           "over 2 is short of it; memory may grow by 64 MB (asked: 5 %)")
 
+GOOD = 200  # clients
+GROWN_MB = 64  # what memory may have grown by when all abuse has ended
 WARM = b"GET /terrain/rainier/0/0/0.terrain HTTP/1.1\r\nHost: t\r\nAccept-Encoding: gzip\r\n\r\n"
 
 
@@ -46,14 +54,14 @@ def good(port, requests):
 
 
 def p99(run, daemon, seconds, what):
-    """Milliseconds, of 200 clients who ask for a cached tile ten times a second each. Each is measured by a program of
+    """Milliseconds, of good clients who ask for a cached tile ten times a second each. Each is measured by a program of
     its own (h2load), not by this one, which has all the slow connections to look after."""
     log = run.work / "latencies"
     log.unlink(missing_ok=True)
-    said = subprocess.run(["h2load", "--h1", "-c", "200", "--rps", "10", "-D", str(seconds), "--log-file", log, "-H", "Accept-Encoding: gzip",
+    said = subprocess.run(["h2load", "--h1", "-c", str(GOOD), "--rps", "10", "-D", str(seconds), "--log-file", log, "-H", "Accept-Encoding: gzip",
                            f"http://127.0.0.1:{daemon.port}/terrain/rainier/0/0/0.terrain"], capture_output=True, text=True).stdout
     rows = [line.split() for line in log.read_text().splitlines()]
-    bad = sum(row[1] != "200" for row in rows)
+    bad = sum(row[1] != "200" for row in rows) + sum(map(int, re.findall(r"(\d+) (?:failed|errored|timeout)", said)))
     run.executions += len(rows)
     if bad or not rows:
         run.fail(f"{what}: {bad} of {len(rows)} good requests failed: {said[-300:]}")
@@ -62,46 +70,151 @@ def p99(run, daemon, seconds, what):
     return times[int(len(times) * 0.99) - 1] / 1000 if times else 0
 
 
-def slow(run, daemon, count):
-    """Heads, bodies and answers of a byte now and then; `count` of them from four addresses."""
-    daemon.get("/terrain/rainier/0/0/0.terrain")
-    seconds = 5 if run.tier == "ci" else 20
-    alone = p99(run, daemon, seconds, "alone")
-    before = rss_kb(daemon.process.pid)
-    wires = []
-    for i in range(count):
-        wire = Wire(daemon.port, source=f"127.0.0.{1 + i % 4}")
-        wire.send((b"GET / HTTP/1.1\r\nHost: t\r\nX: ", b"POST /plan/rainier HTTP/1.1\r\nHost: t\r\nContent-Length: 90\r\n\r\n{", b"")[i % 3])
-        wires.append(wire)
-    ended = threading.Event()
+class Slow(threading.Thread):
+    """So many slow connections, all the time: in the place of one that the daemon cuts there is another at once. Each has a
+    byte every TURN_S. A quarter sends heads, a quarter bodies; a quarter asks for tiles, more than the kernel takes for a
+    client so far away, and takes a byte of them at a time; a quarter never sends anything."""
+    TURN_S = 10
+    HEAD, BODY, READER, SILENT = KINDS = range(4)
+    FIRST = (b"GET / HTTP/1.1\r\nHost: t\r\nX: ",
+             b"POST /plan/rainier HTTP/1.1\r\nHost: t\r\nContent-Type: application/json\r\nContent-Length: 4096\r\n\r\n{",
+             WARM * 14, b"")
 
-    def trickle():
-        at = 0
-        while not ended.wait(0.01):
-            for wire in wires[at:at + 10]:
-                wire.send(b"x")
-            at = (at + 10) % len(wires)
-    sending = threading.Thread(target=trickle)
-    sending.start()
+    def __init__(self, port, count, ramp_s):
+        super().__init__(daemon=True)
+        self.port, self.count, self.ramp_s, self.ended, self.cut, self.refused = port, count, ramp_s, False, 0, 0
+        self.addresses = itertools.cycle(f"127.0.0.{i}" for i in (2, 3, 4, 5))  # one alone has too few ports, of which those just closed wait
+        self.events = select.epoll()
+        self.open, self.turns = {}, collections.deque()
+        self.missing = collections.deque(i % len(self.KINDS) for i in range(count))
+        self.start()
+
+    def run(self):
+        begin = last = time.monotonic()
+        while not self.ended:
+            # An answer (408) is the end, too; who reads slowly has one all the time, and is told of the end alone.
+            for number, _ in self.events.poll(0.01):
+                self.cut += 1
+                self.lose(number)
+            now = time.monotonic()
+            # Not all at once, or they would be cut all at once.
+            wanted = min(self.count, int(self.count * (now - begin) / self.ramp_s) + 1)
+            while self.missing and len(self.open) < wanted and self.connect(self.missing[0]):
+                self.missing.popleft()
+            for _ in range(min(int((now - last) * self.count / self.TURN_S), len(self.turns))):
+                last = now
+                self.turn(self.turns.popleft())
+        for wire, _ in self.open.values():
+            wire.close()
+
+    def connect(self, kind):
+        wire = socket.socket()
+        try:
+            if kind == self.READER:
+                wire.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+                wire.setsockopt(socket.IPPROTO_TCP, socket.TCP_MAXSEG, 536)  # or the kernel keeps megabytes for it
+            wire.settimeout(5)
+            wire.bind((next(self.addresses), 0))
+            wire.connect(("127.0.0.1", self.port))
+            wire.sendall(self.FIRST[kind])
+            wire.setblocking(False)
+        except OSError:
+            self.refused += 1
+            wire.close()
+            return False
+        self.events.register(wire, select.EPOLLRDHUP | (0 if kind == self.READER else select.EPOLLIN))
+        self.open[wire.fileno()] = wire, kind
+        self.turns.append(wire)
+        return True
+
+    def turn(self, wire):
+        number = wire.fileno()
+        if number < 0:
+            return  # cut
+        kind = self.open[number][1]
+        try:
+            if kind == self.READER:
+                wire.recv(1)
+            if kind != self.SILENT:
+                wire.send(b"x")  # of a reader it is the next request, and unread: the daemon's end of it is seen at once
+        except BlockingIOError:
+            pass
+        except OSError:
+            self.cut += 1
+            return self.lose(number)
+        self.turns.append(wire)
+
+    def lose(self, number):
+        wire, kind = self.open.pop(number)
+        wire.close()  # and it is watched no more
+        self.missing.append(kind)
+
+
+class Looks(threading.Thread):
+    """Once a second, while the good clients are there: how many slow connections are open, as the daemon counts and as they
+    do themselves, whichever is less; and KiB of memory."""
+
+    def __init__(self, daemon, seconds, slow=None):
+        super().__init__(daemon=True)
+        self.daemon_looked_at, self.seconds, self.slow, self.seen = daemon, seconds, slow, []
+        self.start()
+
+    def run(self):
+        end = time.monotonic() + self.seconds - 1
+        time.sleep(2)
+        while time.monotonic() < end:
+            try:
+                there = self.daemon_looked_at.metric("tind_http_connections") - GOOD - 1  # who asks for that is one
+            except OSError:
+                there = 0
+            self.seen.append((min(int(there), len(self.slow.open)) if self.slow else 0, held(self.daemon_looked_at.process.pid)[0]))
+            time.sleep(1)
+
+
+def slow(run, daemon, count):
+    """What good clients notice of them, and what each takes while it is there."""
+    seconds, ramp_s = (5, 2) if run.tier == "ci" else (20, Slow.TURN_S)
+    looks = Looks(daemon, seconds)
+    alone = p99(run, daemon, seconds, "alone")
+    looks.join()
+    before = max((memory for _, memory in looks.seen), default=0)
+    wires = Slow(daemon.port, count, ramp_s)
+    time.sleep(ramp_s + 1)
+    looks = Looks(daemon, seconds, wires)
     beside = p99(run, daemon, seconds, "beside slow connections")
-    each = (rss_kb(daemon.process.pid) - before) / count
-    ended.set()
-    sending.join()
-    for wire in wires:
-        wire.close()
-    run.executions += count
-    run.note(f"{count:,} slow connections, {each:.1f} KiB each: p99 of 200 good clients {alone:.2f} ms alone, {beside:.2f} ms beside them")
+    looks.join()
+    wires.ended = True
+    wires.join()
+    lowest = min((there for there, _ in looks.seen), default=0)
+    each = max(((memory - before) / max(1, there) for there, memory in looks.seen), default=0)
+    run.executions += count + wires.cut
+    run.note(f"at least {lowest:,} of {count:,} slow connections open at any time ({wires.cut:,} were cut and opened anew, "
+             f"{wires.refused:,} refused), {each:.1f} KiB each")
+    if lowest < 0.9 * count:
+        run.fail(f"of {count:,} slow connections only {lowest:,} were open")
     if each > 8:
         run.fail(f"a slow connection takes {each:.1f} KiB")
-    if beside > 2 * alone and beside > 20:
-        run.fail(f"good clients' p99 is {beside:.1f} ms beside slow connections, {alone:.1f} ms alone")
+    judge(run, "slow connections", beside, alone)
+
+
+def rested(daemon):
+    """MB of memory, some seconds after all that was asked of it."""
+    time.sleep(5)
+    return held(daemon.process.pid)[0] / 1024
+
+
+def flat(run, what, daemon, before, caches_mb=0):
+    """`caches_mb`: what its caches have got to hold meanwhile."""
+    after = rested(daemon)
+    run.note(f"memory {after - before:+.0f} MB after {what}")
+    if after > before + GROWN_MB + caches_mb:
+        run.fail(f"memory grew by {after - before:.0f} MB with {what}")
 
 
 def herd(run, daemon, count):
     before = daemon.metric("tind_tile_build_duration_seconds_count")
     wires = [Wire(daemon.port, 120) for _ in range(count)]
-    for wire in wires:
-        wire.send(tile(8, 82, 194))
+    unsent = sum(not wire.send(tile(8, 82, 194)) for wire in wires)
     got = [wire.reply() for wire in wires]
     for wire in wires:
         wire.close()
@@ -109,7 +222,8 @@ def herd(run, daemon, count):
     built = daemon.metric("tind_tile_build_duration_seconds_count") - before
     bodies = {g[2] for g in got if g}
     if built != 1 or len(bodies) != 1 or any(g is None or g[0] != 200 for g in got):
-        run.fail(f"herd: {built:.0f} builds, {len(bodies)} answers, {sum(g is None for g in got)} without one, {[g[0] for g in got if g and g[0] != 200][:5]}")
+        run.fail(f"herd: {built:.0f} builds, {len(bodies)} answers, {sum(g is None for g in got)} without one, {unsent} could not ask, "
+                 f"{[g[0] for g in got if g and g[0] != 200][:5]}")
     run.note(f"{count:,} for one cold tile: {built:.0f} build")
 
 
@@ -165,11 +279,14 @@ PLAN = json.dumps({"trajectory": [{"time_s": t, "lon": -121.95 + t / 2500, "lat"
 def beside_work(run):
     """What good clients notice of those who ask for far more than can be made: cold tiles, and POSTs that take long."""
     seconds, count = (5, 16) if run.tier == "ci" else (15, 64)
+    cache_mb = 16  # small, so that what they hold says little of what else is kept
     # As many datasets as it takes for nobody to find a tile that is there already.
     names = [f"cold{i}" for i in range(8 if run.tier == "ci" else 32)]
-    with Daemon("--max-connections-per-address", "4096", "--max-error", "0.1", *[f"{name}={DEM}" for name in (*names, "rainier")], dems=()) as daemon:
+    with Daemon("--max-connections-per-address", "4096", "--max-error", "0.1", "--cache-mb", cache_mb, "--source-cache-mb", cache_mb,
+                *[f"{name}={DEM}" for name in (*names, "rainier")], dems=()) as daemon:
         daemon.get("/terrain/rainier/0/0/0.terrain")
         alone = p99(run, daemon, seconds, "alone")
+        before = rested(daemon)
         turns(run, daemon, names[:3], seconds, count)
         beside = p99_beside_cold_tiles(run, daemon, names, seconds, count)
         judge(run, f"{count} clients of cold tiles", beside, alone)
@@ -182,6 +299,7 @@ def beside_work(run):
             one.join(60)
         counted(run, "plans of flights", [a for one in pushing for a in one.answers])
         judge(run, f"{count} clients of plans of flights, refused after {max(one.slowest_refusal for one in pushing) * 1000:.0f} ms at most", beside, alone)
+        flat(run, "what costs", daemon, before, 2 * cache_mb)
 
 
 class ColdTiles:
@@ -251,7 +369,8 @@ def counted(run, what, answers):
 
 
 def judge(run, what, beside, alone):
-    run.note(f"p99 of 200 good clients {alone:.2f} ms alone, {beside:.2f} ms beside {what}")
+    times = beside / alone if alone else 0
+    run.note(f"p99 of {GOOD} good clients {alone:.2f} ms alone, {beside:.2f} ms ({times:.1f} times) beside {what}")
     if beside > 2 * alone and beside > 20:
         run.fail(f"good clients' p99 is {beside:.1f} ms beside {what}, {alone:.1f} ms alone")
 
@@ -314,9 +433,13 @@ def run(run):
     resource.setrlimit(resource.RLIMIT_NOFILE, (resource.getrlimit(resource.RLIMIT_NOFILE)[1],) * 2)
     with Daemon("--max-connections", "16384", "--max-connections-per-address", "16384") as daemon:
         handles = len(os.listdir(f"/proc/{daemon.process.pid}/fd"))
-        slow(run, daemon, 300 if small else 9000)
+        daemon.get("/terrain/rainier/0/0/0.terrain")
+        leave(run, daemon, 20)  # a build and a plan, so that what they take for good is there
+        before = rested(daemon)
+        slow(run, daemon, 300 if small else 10_000)
         herd(run, daemon, 300 if small else 5000)
         leave(run, daemon, 50 if small else 1000)
+        flat(run, "abuse", daemon, before)
         for _ in range(100):
             now = len(os.listdir(f"/proc/{daemon.process.pid}/fd"))
             if now <= handles + 5:

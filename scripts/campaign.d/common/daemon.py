@@ -1,22 +1,32 @@
 """The daemon under test, and bytes to and from it."""
+import os
 import re
 import signal
 import socket
 import subprocess
 import threading
 import urllib.request
+from pathlib import Path
 
 from .programme import ROOT, TIND
 
 DEM = ROOT / "testdata/rainier.tif"
 
 
-class Daemon:
-    """`tind serve` at a free port. Its log is kept in `log`, line by line."""
+# As systemd does: the socket as descriptor 3, and the environment says of which process. bash, since dash knows one digit.
+HANDS_OVER = 'exec 3<&"$0"; [ "$0" = 3 ] || eval "exec $0<&-"; export LISTEN_PID=$$ LISTEN_FDS=1; exec "$@"'
 
-    def __init__(self, *args, dems=(DEM,), prefix=(), env=None, preexec=None):
-        self.process = subprocess.Popen([*map(str, prefix), str(TIND), "serve", *map(str, dems), "--listen", "127.0.0.1:0", *map(str, args)],
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env, preexec_fn=preexec, errors="replace")
+
+class Daemon:
+    """`tind serve`, at a free port where none is given, or at a socket that somebody listens at and keeps. Its log is kept in
+    `log`, line by line."""
+
+    def __init__(self, *args, dems=(DEM,), prefix=(), env=None, preexec=None, port=0, kept=None):
+        fds = (kept.fileno(),) if kept else ()
+        prefix = ("bash", "-c", HANDS_OVER, *fds, *prefix) if kept else prefix
+        self.process = subprocess.Popen([*map(str, prefix), str(TIND), "serve", *map(str, dems), "--listen", f"127.0.0.1:{port}", *map(str, args)],
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env, preexec_fn=preexec, errors="replace",
+                                        pass_fds=fds)
         self.log, self.url, self.port = [], None, None
         self.reader = threading.Thread(target=self.collect, daemon=True)
         self.reader.start()
@@ -36,8 +46,9 @@ class Daemon:
         with urllib.request.urlopen(self.url + path.lstrip("/"), timeout=timeout) as reply:
             return reply.read()
 
-    def metric(self, name):
-        found = re.findall(rf"^{re.escape(name)}(?:{{[^}}]*}})? (\S+)$", self.get("/metrics").decode(), re.M)
+    def metric(self, name, labels="[^}]*"):
+        """The sum over its labels; `labels`, a pattern, says which of them."""
+        found = re.findall(rf"^{re.escape(name)}(?:{{{labels}}})? (\S+)$", self.get("/metrics").decode(), re.M)
         return sum(map(float, found))
 
     def stop(self, sign=signal.SIGTERM, timeout=60):
@@ -66,6 +77,31 @@ def rss_kb(pid, what="VmRSS"):
         return next((int(line.split()[1]) for line in status if line.startswith(what)), 0)
 
 
+def family(pid):
+    """A process, and all that it or one of them has begun: of a daemon also those that read its DEMs."""
+    found = [pid]
+    for one in found:  # grows while it is gone through
+        for children in Path(f"/proc/{one}/task").glob("*/children"):
+            try:
+                found += map(int, children.read_text().split())
+            except OSError:
+                pass  # that thread has ended
+    return found
+
+
+def held(pid):
+    """(KiB of memory, descriptors) of a daemon and its children together. What they share counts for each; what was swapped
+    out counts, too: it is needed still."""
+    memory = files = 0
+    for one in family(pid):
+        try:
+            memory += rss_kb(one) + rss_kb(one, "VmSwap")
+            files += len(os.listdir(f"/proc/{one}/fd"))
+        except (FileNotFoundError, ProcessLookupError):
+            pass  # it has ended
+    return memory, files
+
+
 class Wire:
     """A connection, byte for byte."""
 
@@ -75,10 +111,12 @@ class Wire:
         self.buffer = b""
 
     def send(self, data):
+        """Whether all of it could be sent. Where it could not, an answer may be there all the same: a refusal of its beginning."""
         try:
             self.socket.sendall(data)
         except OSError:
-            pass  # refused before its end was there
+            return False
+        return True
 
     def reply(self, head=False):
         """(status, fields, body) of one response, or None where the connection ends."""

@@ -5,6 +5,8 @@ import time
 
 from .programme import NotHere, needs
 
+KEY = "of-the-front-end-and-of-nobody-else"  # in an X-API-Key of each request that one of them sends on
+
 
 def free_port():
     with socket.socket() as probe:
@@ -52,7 +54,7 @@ def written(work, name, text):
 def nginx(work, behind=None):
     needs("nginx")
     port = free_port()
-    location = (f"proxy_pass http://127.0.0.1:{behind}; proxy_http_version 1.1; proxy_set_header Connection ''; "
+    location = (f"proxy_pass http://127.0.0.1:{behind}; proxy_http_version 1.1; proxy_set_header Connection ''; proxy_set_header X-API-Key {KEY}; "
                 "proxy_next_upstream off;" if behind else "return 200 'hello';")
     upstream = f"upstream u {{ server 127.0.0.1:{behind}; keepalive 8; }}" if behind else ""
     location = location.replace(f"http://127.0.0.1:{behind}", "http://u")
@@ -68,8 +70,8 @@ server {{ listen 127.0.0.1:{port}; location / {{ {location} }} }} }}
 def haproxy(work, behind=None):
     needs("haproxy")
     port = free_port()
-    answer = (f"  default_backend d\nbackend d\n  retries 0\n  http-reuse always\n  server s 127.0.0.1:{behind}\n" if behind else
-              "  http-request return status 200 content-type text/plain string hello\n")
+    answer = (f"  http-request set-header X-API-Key {KEY}\n  default_backend d\nbackend d\n  retries 0\n  http-reuse always\n  server s 127.0.0.1:{behind}\n"
+              if behind else "  http-request return status 200 content-type text/plain string hello\n")
     folder = written(work, "haproxy", "global\n  maxconn 512\ndefaults\n  mode http\n  timeout connect 5s\n  timeout client 20s\n"
                      f"  timeout server 20s\nfrontend f\n  bind 127.0.0.1:{port}\n{answer}")
     return Peer("haproxy", ["haproxy", "-db", "-f", folder / "conf"], port)
@@ -80,7 +82,8 @@ def h2o(work, behind=None):
     port = free_port()
     folder = written(work, "h2o", "")
     (folder / "index.html").write_text("hello")
-    path = (f'proxy.reverse.url: "http://127.0.0.1:{behind}/"\n        proxy.preserve-host: ON' if behind else f"file.dir: {folder}")
+    path = (f'proxy.reverse.url: "http://127.0.0.1:{behind}/"\n        proxy.preserve-host: ON\n        proxy.header.set: "X-API-Key: {KEY}"'
+            if behind else f"file.dir: {folder}")
     (folder / "conf").write_text(f"""user: root
 listen:
   host: 127.0.0.1
@@ -99,7 +102,7 @@ def varnish(work, behind):
     needs("varnishd")
     port = free_port()
     folder = written(work, "varnish", f'vcl 4.1;\nbackend d {{ .host = "127.0.0.1"; .port = "{behind}"; }}\n'
-                     "sub vcl_recv { return (pass); }\n")
+                     f'sub vcl_recv {{ return (pass); }}\nsub vcl_backend_fetch {{ set bereq.http.X-API-Key = "{KEY}"; }}\n')
     return Peer("varnish", ["varnishd", "-F", "-a", f"127.0.0.1:{port}", "-f", folder / "conf", "-n", folder / "n", "-s", "malloc,16m",
                             "-p", "thread_pool_min=10", "-j", "none"], port)
 
@@ -118,7 +121,9 @@ LoadModule mpm_event_module {modules}/mod_mpm_event.so
 LoadModule authz_core_module {modules}/mod_authz_core.so
 LoadModule proxy_module {modules}/mod_proxy.so
 LoadModule proxy_http_module {modules}/mod_proxy_http.so
+LoadModule headers_module {modules}/mod_headers.so
 DefaultRuntimeDir {folder}
+RequestHeader set X-API-Key {KEY}
 ProxyPass / http://127.0.0.1:{behind}/ retry=0
 """)
     return Peer("apache2", ["apache2", "-X", "-f", folder / "conf"], port)
@@ -130,7 +135,8 @@ def lighttpd(work, behind):
     folder = written(work, "lighttpd", f"""server.document-root = "{work}"
 server.port = {port}
 server.bind = "127.0.0.1"
-server.modules = ("mod_proxy")
+server.modules = ("mod_setenv", "mod_proxy")
+setenv.set-request-header = ("X-API-Key" => "{KEY}")
 proxy.server = ("" => (("host" => "127.0.0.1", "port" => {behind})))
 """)
     return Peer("lighttpd", ["lighttpd", "-D", "-f", folder / "conf"], port)
@@ -145,6 +151,7 @@ cache_peer_access d allow all
 http_access allow all
 never_direct allow all
 cache deny all
+request_header_add X-API-Key {KEY} all
 access_log none
 cache_log {work}/squid/log
 pid_filename {work}/squid/pid
@@ -162,6 +169,7 @@ def nghttpx(work, behind):
 backend=127.0.0.1,{behind}
 workers=1
 single-process=yes
+add-request-header=X-API-Key:{KEY}
 errorlog-file={work}/nghttpx/log
 pid-file={work}/nghttpx/pid
 """)
@@ -177,7 +185,9 @@ def caddy(work, behind):
 }}
 http://:{port} {{
 \tbind 127.0.0.1
-\treverse_proxy 127.0.0.1:{behind}
+\treverse_proxy 127.0.0.1:{behind} {{
+\t\theader_up X-API-Key {KEY}
+\t}}
 }}
 """)
     return Peer("caddy", ["env", f"HOME={folder}", f"XDG_DATA_HOME={folder}", f"XDG_CONFIG_HOME={folder}",
@@ -206,6 +216,8 @@ logdir: {folder}/log
 cachedir: {folder}/cache
 """)
     (folder / "etc/remap.config").write_text(f"map / http://127.0.0.1:{behind}/\n")
+    (folder / "etc/plugin.config").write_text(f"header_rewrite.so {folder}/etc/key.config\n")
+    (folder / "etc/key.config").write_text(f'cond %{{SEND_REQUEST_HDR_HOOK}}\nset-header X-API-Key "{KEY}"\n')
     (folder / "etc/ip_allow.yaml").write_text("ip_allow:\n  - apply: in\n    ip_addrs: 127.0.0.1\n    action: allow\n    methods: ALL\n")
     (folder / "etc/storage.config").write_text(f"{folder}/cache 16M\n")
     (folder / "etc/records.config").write_text(f"""CONFIG proxy.config.http.server_ports STRING {port}:ip-in=127.0.0.1

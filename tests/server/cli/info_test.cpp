@@ -11,6 +11,7 @@
 #include <string>
 
 #include "proto/tile/layer_json.h"
+#include "tests/support/flat_dem.h"
 #include "tests/support/program.h"
 #include "tests/support/support.h"
 
@@ -99,6 +100,20 @@ TEST(Info, DemWithoutCrs) {
   EXPECT_EQ(j["crs"]["kind"], "none");
   EXPECT_FALSE(j.contains("bounds"));
   EXPECT_THAT(info(testdata("crater.tif")).out, testing::HasSubstr("can be simplified"));
+}
+
+/// Whose name may turn a terminal's colours, or its lines.
+TEST(Info, AnEscapeInACrsComesToNoTerminal) {
+  const tind::test::TempDir folder;
+  tind::test::write_flat_dem(folder.file("a.asc"), 1);
+  std::ofstream(folder.file("a.prj"))
+      << "GEOGCS[\"red\x1b[31m\",DATUM[\"D_WGS_1984\",SPHEROID[\"WGS_1984\",6378137.0,298."
+         "257223563]],"
+         "PRIMEM[\"Greenwich\",0.0],UNIT[\"Degree\",0.0174532925199433]]";
+  const Ran outcome = info(folder.file("a.asc"));
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
+  EXPECT_THAT(outcome.out, testing::HasSubstr("red\\x1b[31m"));
+  EXPECT_EQ(outcome.out.find('\x1b'), std::string::npos);
 }
 
 TEST(Info, TilesOfOtherMakers) {

@@ -69,6 +69,16 @@ TEST_F(ObjectsTest, WhatPassesIsAskedForAgain) {
   }
 }
 
+TEST_F(ObjectsTest, AKeyWithDotsIsThatOneAndNoOther) {
+  stub.put("b/a/../x", "asked for");
+  stub.put("b/x", "another");
+  for (const char* const key : {"s3://b/a/../x", "s3://b/x"}) {
+    const auto got = objects().get(key, 100);
+    ASSERT_TRUE(got) << got.error().what;
+    EXPECT_EQ(text_of(got->bytes), std::string(key) == "s3://b/x" ? "another" : "asked for");
+  }
+}
+
 TEST_F(ObjectsTest, WhatDoesNotPassIsAnErrorNeverOtherBytes) {
   stub.put("b/x", some_bytes(5000));
   for (const Fault fault : kPassing) {
