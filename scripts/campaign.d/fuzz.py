@@ -11,7 +11,7 @@ SECONDS = {"gate": 300}  # 20 s for each of thirty targets on two cores, and the
 ASKED = "C: every reader of outside bytes, 0 crashes; 100 M to 500 M inputs a target in the end; corpus of 5 MB at most"
 WHY_NOT = ("as many inputs as the seconds given allow: up to seed 81 about 2.9 M of an average target, not 100 M, and of slow ones (dem_fuzz) far fewer; no AFL++, no fuzzer of the whole daemon over sockets, no model "
            "beside HTTP's parser; of a target that crashes nothing is counted; what was found before lies in build/fuzz/found and is begun with; in ctest the seeds and "
-           "300 mutations of each are replayed")
+           "300 mutations of each are replayed, and none may take more memory than 1 MiB and 256 bytes for each of its own (a raster 96 MiB)")
 # What the programme asks for together.
 GROUPS = {"C1": ("request",), "C2": ("request",), "C3": ("query",), "C4": ("quantized_mesh", "btg", "tpm", "refine_delta", "png", "webp"),
           "C5": ("archive", "pmtiles", "record", "residual_record", "shard_plan", "layer_json"), "C6": ("bounded", "collapse"), "C8": ("toml",), "C9": ("dem", "zip_entry")}

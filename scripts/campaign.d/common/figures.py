@@ -166,7 +166,7 @@ TABLE = [
     Figure("C", "fuzzing under ASan and UBSan by libFuzzer and AFL++, 5 MB of corpus at most: 0 crashes, hangs, leaks. By target:", "part fuzz",
            "AFL++ is not used; what crashed was mended after its row"),
     Figure("C1", "requests through parser, policy and router: 500 M; 10 us in the median, 16 KiB allocated at most", "`request_fuzz`",
-           "as many as the seconds allow; neither time nor memory of an input is measured"),
+           "as many as the seconds allow; the time of an input is not measured, its memory where the seeds are replayed (1 MiB and 256 bytes for each of its own at most)"),
     Figure("C2", "HTTP's parser beside a strict model: 100 M, 0 differences", "`request_fuzz`", "there is no model: it compares the parser with itself, whole and in pieces"),
     Figure("C3", "paths, queries, Accept-Encoding, Range, ETag: 200 M, round trip", "`query_fuzz`", "as many as the seconds allow; no round trip; fields of HTTP are in C1's target"),
     Figure("C4", "decoders of tiles and heightmaps, gzip, zstd: 100 M; what is encoded is decoded as it was",
