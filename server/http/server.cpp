@@ -4,6 +4,7 @@
 #include <netinet/tcp.h>
 #include <spdlog/spdlog.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,6 +18,7 @@
 #include <optional>
 #include <stop_token>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "server/http/connection.h"
@@ -96,6 +98,7 @@ struct Server::Impl {
   void take_in(std::size_t loop, Descriptor fd, Slot slot, const char* crowded, std::size_t others);
   void tend();
   void out_of_descriptors(int error);
+  void listener_has_failed(int error);
   std::size_t open_connections() const;
 
   // stopping, on the first loop
@@ -116,7 +119,7 @@ struct Server::Impl {
   tcp protocol = tcp::v4();
   std::uint16_t bound_port = 0;  // asked once: the acceptor is the first loop's alone
   int reserve_fd = -1;
-  bool waiting_for_clients = false;
+  bool waiting_for_clients = false, listener_failed = false;
   std::chrono::steady_clock::time_point last_complaint{};
   std::atomic<bool> stopping{false}, starved{false};
   bool all_answered = true;
@@ -156,7 +159,13 @@ Result<void> Server::Impl::listen_at_port() {
 error_code Server::Impl::take_or_bind(const tcp::endpoint& endpoint) {
   error_code error;
   protocol = endpoint.protocol();
-  if (options.listener >= 0) return acceptor->assign(protocol, options.listener, error);
+  if (options.listener >= 0) {
+    // Any holder of it may take away that calls of it do not wait, as systemd does when it begins
+    // another daemon.
+    const timeval soon{0, 1000};
+    ::setsockopt(options.listener, SOL_SOCKET, SO_RCVTIMEO, &soon, sizeof soon);
+    return acceptor->assign(protocol, options.listener, error);
+  }
   if (acceptor->open(protocol, error)) return error;
   if (acceptor->set_option(tcp::acceptor::reuse_address(true), error)) return error;
   if (acceptor->bind(endpoint, error)) return error;
@@ -178,7 +187,7 @@ Result<void> Server::Impl::listen_at_socket() {
 // --- accepting -----------------------------------------------------------------------------------
 
 void Server::Impl::wait_for_clients() {
-  if (!acceptor->is_open() || waiting_for_clients) return;
+  if (!acceptor->is_open() || waiting_for_clients || listener_failed) return;
   acceptor->async_wait(tcp::acceptor::wait_read, [this](const error_code& error) {
     waiting_for_clients = false;
     if (!error) accept_clients();
@@ -211,10 +220,21 @@ bool Server::Impl::accept_one() {
     hand_over(std::move(fd), address_of(from));
     return true;
   }
+  if (errno == EINVAL || errno == EBADF || errno == ENOTSOCK || errno == EOPNOTSUPP) {
+    listener_has_failed(errno);
+    return false;
+  }
   const bool exhausted = errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
   if (exhausted) out_of_descriptors(errno);
   // Other errors are of one client that has gone already (ECONNABORTED, EPROTO, ...).
   return !exhausted && errno != EAGAIN && errno != EWOULDBLOCK;
+}
+
+/// Whoever has it, too, has shut it down, say: nobody comes any more.
+void Server::Impl::listener_has_failed(int error) {
+  if (std::exchange(listener_failed, true) || stopping) return;
+  spdlog::error("nobody can be accepted any more: {}; stopping", errno_text(error));
+  begin_drain();
 }
 
 void Server::Impl::out_of_descriptors(int error) {
@@ -395,7 +415,7 @@ bool Server::run() {
     });
   impl_->loops[0]->run();
   for (std::jthread& thread : threads) thread.join();
-  return impl_->all_answered;
+  return impl_->all_answered && !impl_->listener_failed;
 }
 
 void Server::stop() {

@@ -55,7 +55,7 @@ class Server {
 
   /// Serves until stop() or a signal, then until the requests in flight are answered (and those
   /// that idle connections send in the next moment) or the grace period is over. True when every
-  /// request was answered.
+  /// request was answered; false, too, where it stopped because nobody could be accepted any more.
   bool run();
 
   /// From any thread: stop gracefully.

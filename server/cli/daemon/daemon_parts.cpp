@@ -1,7 +1,9 @@
 #include "server/cli/daemon/daemon_parts.h"
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -68,8 +70,12 @@ std::vector<std::string> warnings_of(const services::ServedDataset& dataset,
 }
 
 bool listens_here_alone(const std::string& listen) {
-  const auto at = services::parse_listen(listen);
-  return at->address.starts_with("127.") || at->address == "::1";
+  const std::string address = services::parse_listen(listen)->address;
+  in_addr v4{};
+  in6_addr v6{};
+  if (::inet_pton(AF_INET, address.c_str(), &v4) == 1) return ntohl(v4.s_addr) >> 24 == 127;
+  if (::inet_pton(AF_INET6, address.c_str(), &v6) != 1) return false;
+  return IN6_IS_ADDR_LOOPBACK(&v6) || (IN6_IS_ADDR_V4MAPPED(&v6) && v6.s6_addr[12] == 127);
 }
 
 std::string warning_of_strangers(const std::string& listen, const services::AccessRules& access) {

@@ -54,10 +54,21 @@ void warn_of_missing_fences(const Config& config) {
     spdlog::warn("the sandbox for DEMs does without {}, which this system lacks", missing);
 }
 
+/// A socket that was handed over stands in place of what the settings say, whatever they say later.
+Config listening_there(Config config, const ServiceManager& manager) {
+  if (manager.socket) config.listen = manager.socket->address;
+  return config;
+}
+
 services::CatalogKeeper::Settings keeper_settings(const Config& config,
                                                   const DaemonOptions& options,
+                                                  const ServiceManager& manager,
                                                   services::AccessGate& gate) {
-  return {.read = [&options] { return configure(options); },
+  return {.read = [&options, &manager]() -> Result<Config> {
+            auto now = configure(options);
+            if (!now) return now;
+            return listening_there(std::move(*now), manager);
+          },
           .environment = options.environment,
           .pool = source_pool(config),
           .opened =
@@ -155,10 +166,9 @@ Result<std::unique_ptr<http::Server>> listen_for_admin(const Config& config,
 }  // namespace
 
 int run_daemon(const Config& read, const DaemonOptions& options) {
-  const auto listener = take_listening_socket();
-  if (!listener) return complain(listener.error());
-  Config config = read;
-  if (*listener) config.listen = (*listener)->address;
+  const auto manager = take_service_manager();
+  if (!manager) return complain(manager.error());
+  const Config config = listening_there(read, *manager);
   bound_memory();
   const bool had_terminal = has_terminal();
   const logging::Log log(config.log_level,
@@ -169,7 +179,7 @@ int run_daemon(const Config& read, const DaemonOptions& options) {
   services::Catalog catalog;
   services::AccessGate gate;
   warn_of_missing_fences(config);
-  services::CatalogKeeper keeper(catalog, keeper_settings(config, options, gate));
+  services::CatalogKeeper keeper(catalog, keeper_settings(config, options, *manager, gate));
   if (!config.catalog.empty()) services::wait_for_rest(config.catalog, kMostRest);
   if (auto loaded = load_all(keeper); !loaded) return complain(loaded.error());
   auto viewer = load_viewer(config, *options.environment);
@@ -211,7 +221,7 @@ int run_daemon(const Config& read, const DaemonOptions& options) {
   const http::Router admin_router =
       api::make_admin_router(app, !config.admin_listen.starts_with("unix:"));
   auto listening = server_options(config, had_terminal);
-  if (*listener) listening.listener = (*listener)->descriptor;
+  if (manager->socket) listening.listener = manager->socket->descriptor;
   listening.on_hangup = [&keeper] { keeper.reload(); };
   auto server = http::Server::listen(router, listening);
   if (!server) return complain(server.error());
@@ -232,7 +242,8 @@ int run_daemon(const Config& read, const DaemonOptions& options) {
     return complain(Error{Errc::io, fmt::format("cannot say where it listens: standard output: {}",
                                                 errno_text(errno))});
   if (*admin) spdlog::info("admin at {}", (*admin)->url());
-  tell_ready();
+  if (const auto told = tell_ready(*manager); !told)
+    spdlog::warn("{}", logging::printable(told.error().what));
   if (has_hung_up() && listening.hangup_stops())
     (*server)->stop();
   else if (has_hung_up())

@@ -8,21 +8,26 @@
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <string_view>
+#include <utility>
 
 #include "terrain/base/descriptor.h"
+#include "terrain/base/errno_text.h"
 
 namespace tind::cli {
 namespace {
 
-constexpr int kFirst = 3;  // SD_LISTEN_FDS_START
+constexpr int kFirst = 3;           // SD_LISTEN_FDS_START
+constexpr timeval kPatience{5, 0};  // its queue may be full
 
 std::string take_variable(const char* name) {
   // NOLINTBEGIN(concurrency-mt-unsafe): there are no other threads yet
@@ -56,8 +61,6 @@ std::string address_of(int socket) {
   return fmt::format("[{}]:{}", text.data(), ntohs(v6.sin6_port));
 }
 
-}  // namespace
-
 Result<std::optional<ListeningSocket>> take_listening_socket() {
   const std::string process = take_variable("LISTEN_PID"), count = take_variable("LISTEN_FDS");
   take_variable("LISTEN_FDNAMES");
@@ -65,8 +68,8 @@ Result<std::optional<ListeningSocket>> take_listening_socket() {
   if (process != std::to_string(::getpid()) || count.empty() || count == "0") return std::nullopt;
   if (count != "1")
     return fail(Errc::invalid_argument,
-                fmt::format("was handed {} sockets to listen at, and takes one: one ListenStream= "
-                            "in its socket unit",
+                fmt::format("LISTEN_FDS is {}: the daemon takes one socket to listen at, one "
+                            "ListenStream= in its socket unit",
                             count));
   const std::string address = address_of(kFirst);
   if (address.empty() || option_of(kFirst, SO_TYPE) != SOCK_STREAM ||
@@ -78,21 +81,39 @@ Result<std::optional<ListeningSocket>> take_listening_socket() {
   return ListeningSocket{kFirst, address};
 }
 
-void tell_ready() {
+}  // namespace
+
+Result<ServiceManager> take_service_manager() {
+  ServiceManager manager;
+  manager.notify = take_variable("NOTIFY_SOCKET");
+  auto socket = take_listening_socket();
+  if (!socket) return std::unexpected(socket.error());
+  manager.socket = std::move(*socket);
+  return manager;
+}
+
+Result<void> tell_ready(const ServiceManager& manager) {
+  const std::string& path = manager.notify;
+  if (path.empty()) return {};
   constexpr std::string_view kReady = "READY=1";
-  const char* const value = std::getenv("NOTIFY_SOCKET");  // NOLINT(concurrency-mt-unsafe)
-  const std::string path = value ? value : "";
+  const auto cannot = [&](const std::string& why) {
+    return fail(Errc::io,
+                "NOTIFY_SOCKET, " + path + ", cannot be told that the daemon serves: " + why);
+  };
   sockaddr_un address{};
-  if (path.size() < 2 || path.size() >= sizeof address.sun_path) return;
   address.sun_family = AF_UNIX;
+  const bool is_abstract = path[0] == '@';  // needs no 0 at its end
+  if (path.size() + (is_abstract ? 0 : 1) > sizeof address.sun_path)
+    return cannot(errno_text(ENAMETOOLONG));
   std::memcpy(address.sun_path, path.data(), path.size());
-  if (path[0] == '@') address.sun_path[0] = '\0';
+  if (is_abstract) address.sun_path[0] = '\0';
   const Descriptor socket(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  // Who cannot be told does without: a daemon that serves is no failure.
-  [[maybe_unused]] const ssize_t sent =
-      ::sendto(socket.get(), kReady.data(), kReady.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
+  ::setsockopt(socket.get(), SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
+  if (::sendto(socket.get(), kReady.data(), kReady.size(), MSG_NOSIGNAL,
                reinterpret_cast<const sockaddr*>(&address),
-               socklen_t(offsetof(sockaddr_un, sun_path) + path.size()));
+               socklen_t(offsetof(sockaddr_un, sun_path) + path.size())) < 0)
+    return cannot(errno_text(errno));
+  return {};
 }
 
 }  // namespace tind::cli

@@ -16,12 +16,18 @@ struct ListeningSocket {
   std::string address;  // "127.0.0.1:8080", "[::1]:8080"
 };
 
-/// Nothing where none was handed over; an error where it is not one of TCP that listens, or more
-/// than one. The environment says so (sd_listen_fds(3)), and says it no more afterwards. Before
-/// there are other threads.
-Result<std::optional<ListeningSocket>> take_listening_socket();
+struct ServiceManager {
+  std::optional<ListeningSocket> socket;  // nothing where none was handed over
+  std::string notify;                     // where it wants to hear; empty: nowhere
+};
 
-/// That the daemon serves by now, where it wants to know (sd_notify(3)).
-void tell_ready();
+/// As the environment says (sd_listen_fds(3), sd_notify(3)), which says it no more afterwards: it
+/// is not for children. An error where there is more than one socket, or one that is none of TCP
+/// that listens. Before there are other threads.
+Result<ServiceManager> take_service_manager();
+
+/// That the daemon serves by now, where it wants to hear that. Waits some seconds at most; the
+/// error says why it could not be told.
+Result<void> tell_ready(const ServiceManager&);
 
 }  // namespace tind::cli

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,10 @@ using namespace std::chrono_literals;
 constexpr auto kLook = 50ms;       // how often a child is looked after
 constexpr auto kPatience = 300ms;  // from SIGTERM to SIGKILL
 constexpr std::size_t kLongestLine = 4096;
+constexpr std::string_view kNoLimits =
+    "tind: no limits can be set for it: whoever runs the daemon lets it have prlimit64, or jobs = "
+    "0\n";
+constexpr int kOfTheOperator = 74;  // EX_IOERR
 
 /// Never more than there is, which nobody may. False where a filter forbids limits: a job without
 /// them is not begun.
@@ -34,7 +39,8 @@ bool limit(int resource, std::size_t soft, std::size_t hard) {
   rlimit now{};
   const auto which = __rlimit_resource(resource);
   if (::getrlimit(which, &now) != 0) return false;
-  const rlimit both{std::min<rlim_t>(soft, now.rlim_max), std::min<rlim_t>(hard, now.rlim_max)};
+  rlimit both{std::min<rlim_t>(soft, now.rlim_max), std::min<rlim_t>(hard, now.rlim_max)};
+  if (soft < hard && both.rlim_max > 1) both.rlim_cur = std::min(both.rlim_cur, both.rlim_max - 1);
   return ::setrlimit(which, &both) == 0;
 }
 
@@ -57,9 +63,12 @@ bool limit(int resource, std::size_t most) { return most == 0 || limit(resource,
   sigset_t none_blocked;
   ::sigemptyset(&none_blocked);
   ::sigprocmask(SIG_SETMASK, &none_blocked, nullptr);  // NOLINT(concurrency-mt-unsafe): the same
-  const bool ready = limited && ::chdir(folder) == 0 && ::dup2(nothing, 0) == 0 &&
-                     ::dup2(nothing, 1) == 1 && ::dup2(errors, 2) == 2 &&
-                     ::close_range(3, ~0u, 0) == 0;
+  if (!limited) {
+    [[maybe_unused]] const ssize_t size = ::write(errors, kNoLimits.data(), kNoLimits.size());
+    ::_exit(kOfTheOperator);
+  }
+  const bool ready = ::chdir(folder) == 0 && ::dup2(nothing, 0) == 0 && ::dup2(nothing, 1) == 1 &&
+                     ::dup2(errors, 2) == 2 && ::close_range(3, ~0u, 0) == 0;
   if (ready) ::execv(arguments[0], arguments);
   ::_exit(127);
 }

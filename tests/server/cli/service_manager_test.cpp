@@ -11,10 +11,12 @@
 
 #include <array>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 
+#include "server/cli/daemon/daemon_parts.h"
 #include "terrain/base/descriptor.h"
 #include "tests/support/daemon_process.h"
 
@@ -84,19 +86,57 @@ TEST_F(ServiceManager, WhoComesBetweenTwoDaemonsIsServedByTheNextOne) {
   }
 }
 
+/// The flag is the socket's, and any holder's to take away.
+TEST_F(ServiceManager, AnotherHolderWhoTakesNonblockingAwayFreezesNoDaemon) {
+  DaemonProcess daemon(hands_over(listener_.get()));
+  ASSERT_TRUE(daemon.says("serving 1 datasets")) << daemon.said();
+  const int flags = ::fcntl(listener_.get(), F_GETFL);
+  ASSERT_TRUE(flags & O_NONBLOCK);
+  ASSERT_EQ(::fcntl(listener_.get(), F_SETFL, flags & ~O_NONBLOCK), 0);
+  for (int i = 0; i < 4; ++i) EXPECT_THAT(answer(asked()), HasSubstr("200 OK"));
+  daemon.hears(SIGTERM);
+  EXPECT_EQ(daemon.exit_code(), 0);
+}
+
+TEST_F(ServiceManager, ADaemonWhoseSocketIsShutDownStopsAndSaysSo) {
+  DaemonProcess daemon(hands_over(listener_.get()));
+  ASSERT_TRUE(daemon.says("serving 1 datasets")) << daemon.said();
+  ASSERT_EQ(::shutdown(listener_.get(), SHUT_RDWR), 0);
+  EXPECT_TRUE(daemon.says("nobody can be accepted any more")) << daemon.said();
+  EXPECT_EQ(daemon.exit_code(), 75);
+}
+
 TEST_F(ServiceManager, HearsWhenTheDaemonServes) {
   const TempDir folder;
-  sockaddr_un at{};
-  at.sun_family = AF_UNIX;
   const std::string path = folder.file("notify");
-  std::memcpy(at.sun_path, path.data(), path.size());
-  const Descriptor heard(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  ASSERT_EQ(::bind(heard.get(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
-  DaemonProcess daemon([&] { ::setenv("NOTIFY_SOCKET", path.c_str(), 1); });
-  std::array<char, 64> said{};
-  EXPECT_GT(::recv(heard.get(), said.data(), said.size(), 0), 0);
-  EXPECT_STREQ(said.data(), "READY=1");
-  EXPECT_TRUE(daemon.says("serving 1 datasets"));
+  for (const std::string& name : {path, "@" + path + std::string(107 - path.size(), 'x')}) {
+    sockaddr_un at{};
+    at.sun_family = AF_UNIX;
+    std::memcpy(at.sun_path, name.data(), name.size());
+    if (name[0] == '@') at.sun_path[0] = '\0';
+    const Descriptor heard(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    ASSERT_EQ(::bind(heard.get(), reinterpret_cast<sockaddr*>(&at),
+                     socklen_t(offsetof(sockaddr_un, sun_path) + name.size())),
+              0);
+    DaemonProcess daemon([&] { ::setenv("NOTIFY_SOCKET", name.c_str(), 1); });
+    std::array<char, 64> said{};
+    EXPECT_GT(::recv(heard.get(), said.data(), said.size(), 0), 0);
+    EXPECT_STREQ(said.data(), "READY=1");
+    EXPECT_TRUE(daemon.says("serving 1 datasets"));
+  }
+}
+
+TEST_F(ServiceManager, WhoCannotBeToldIsNamedInTheLog) {
+  DaemonProcess daemon([] { ::setenv("NOTIFY_SOCKET", "/no/such/socket", 1); });
+  EXPECT_TRUE(daemon.says("/no/such/socket")) << daemon.said();
+}
+
+TEST(ListensHereAlone, AlsoWhereAnAddressOfTheOldInternetIsWrittenAsOneOfTheNew) {
+  for (const char* const here :
+       {"127.0.0.1:8080", "127.9.0.1:1", "[::1]:8080", "[::ffff:127.0.0.1]:0", "[::ffff:7f00:1]:0"})
+    EXPECT_TRUE(cli::listens_here_alone(here)) << here;
+  for (const char* const more : {"0.0.0.0:8080", "[::]:8080", "10.0.0.1:1", "[::ffff:10.0.0.1]:0"})
+    EXPECT_FALSE(cli::listens_here_alone(more)) << more;
 }
 
 TEST_F(ServiceManager, WhatIsNoSocketThatListensIsRefused) {
@@ -109,7 +149,7 @@ TEST_F(ServiceManager, WhatIsNoSocketThatListensIsRefused) {
     EXPECT_EQ(daemon.exit_code(), 2);
   }
   DaemonProcess daemon(hands_over(listener_.get(), "2"));
-  EXPECT_TRUE(daemon.says("2 sockets")) << daemon.said();
+  EXPECT_TRUE(daemon.says("LISTEN_FDS is 2")) << daemon.said();
   EXPECT_EQ(daemon.exit_code(), 2);
 }
 

@@ -5,8 +5,6 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -20,11 +18,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstddef>
 #include <fstream>
 #include <string>
 #include <vector>
 
+#include "tests/support/in_process.h"
 #include "tests/support/support.h"
 
 namespace tind::sandbox {
@@ -174,28 +172,6 @@ std::string try_all() {
   return tried;
 }
 
-/// What a process wrote that did this.
-template <class Do>
-std::string in_process(Do&& work) {
-  int ends[2];
-  if (::pipe(ends) != 0) return "no pipe";
-  const pid_t child = ::fork();
-  if (child == 0) {
-    const std::string said = work();
-    const ssize_t n = ::write(ends[1], said.data(), said.size());
-    ::_exit(n == ssize_t(said.size()) ? 0 : 1);
-  }
-  ::close(ends[1]);
-  std::string heard;
-  char some[256];
-  for (ssize_t n; (n = ::read(ends[0], some, sizeof some)) > 0;) heard.append(some, std::size_t(n));
-  ::close(ends[0]);
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) heard += " and ended badly";
-  return heard;
-}
-
 TEST(Lockdown, WhatReadingDoesNotNeedIsRefused) {
   const Support has = supported();
   if (!has.seccomp) GTEST_SKIP() << "this system has no seccomp filters";
@@ -206,9 +182,9 @@ TEST(Lockdown, WhatReadingDoesNotNeedIsRefused) {
   std::ofstream(other_file) << "secrets";
   const Bystander other;
   bystander = other.process();
-  const std::string before = in_process(try_all);
+  const std::string before = test::in_process(try_all);
   std::ofstream(new_file) << "to be removed";
-  const std::string after = in_process([]() -> std::string {
+  const std::string after = test::in_process([]() -> std::string {
     const auto locked =
         lock_down({{allowed_file, "/no/such/file"}, {}}, {.memory_bytes = 4ul << 30});
     if (!locked) return locked.error().what;
@@ -229,7 +205,7 @@ TEST(Lockdown, WhatReadingDoesNotNeedIsRefused) {
 
 TEST(Lockdown, MemoryAndFoldersAreBounded) {
   if (test::kSanitized) GTEST_SKIP() << "sanitizers take terabytes of addresses";
-  const std::string said = in_process([]() -> std::string {
+  const std::string said = test::in_process([]() -> std::string {
     const auto locked = lock_down({{}, {"/usr"}}, {.memory_bytes = 1ul << 30});
     if (!locked) return locked.error().what;
     if (!opens("/usr", O_RDONLY | O_DIRECTORY)) return "its folder cannot be listed";
@@ -244,19 +220,8 @@ TEST(Lockdown, MemoryAndFoldersAreBounded) {
 /// is not begun.
 TEST(Lockdown, WithoutItsLimitsItFails) {
   if (!supported().seccomp) GTEST_SKIP() << "this system has no seccomp filters";
-  const std::string said = in_process([]() -> std::string {
-    sock_filter refuses[] = {
-        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_prlimit64, 0, 3),
-        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[2])),
-        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 1, 0),  // it only asks for them
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
-        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW),
-    };
-    const sock_fprog filter{std::size(refuses), refuses};
-    if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 ||
-        ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &filter) != 0)
-      return "no filter";
+  const std::string said = test::in_process([]() -> std::string {
+    if (!test::forbid_limits()) return "no filter";
     const auto locked = lock_down({}, {.cpu_seconds = 60});
     return locked ? "locked down without limits" : "failed";
   });
