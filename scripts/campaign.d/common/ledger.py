@@ -14,7 +14,8 @@ What attacked tind, when, and what came of it: first what was asked for and what
 
 **Who wrote what**: the script writes the rows and the tables (`scripts/campaign --tables`: the tables alone). By hand are the
 words at the end of some rows, which say what was wrong, that it was mended, or that somebody ended the run; the rows with seed
-`-`, which are of `scripts/tidy` by itself; the row of sanitizers with `--only`; the row of coverage of one room.
+`-`, which are of `scripts/tidy` by itself; two rows of sanitizers, one with `--only` and that of seed 91; the row of coverage of
+one room.
 
 **How to read a row**: a `+` behind a commit means that the sources had changes that were not in it. `executions` are the
 cases, fault points, requests or inputs that were tried, `wrong` those that did not end as they must. What went wrong is
