@@ -91,5 +91,5 @@ def judge(right, got, ended_by_others=lambda log: False):
         if status == 200 and key not in OTHERWISE and body != right[0][key][1]:
             return f"wrong bytes with 200 for {where}"
         if 400 <= status < 500 and status != 429:
-            return f"{status} for {where}: {body[:200]!r}"
+            return f"{status} for {where}: {body[:400]!r}"
     return ""

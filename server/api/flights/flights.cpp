@@ -46,6 +46,7 @@ Result<std::optional<double>> some_ground(const services::ServedDataset& dataset
       work_of(dataset, places.size()) == services::Work::question)
     return std::nullopt;
   std::vector<Geographic> few;
+  few.reserve(kFew);
   for (std::size_t i = 0; i < kFew; ++i) few.push_back(places[i * places.size() / kFew]);
   const auto heights = heights_at(*dataset.source, few, Interpolation::bilinear, stop);
   if (!heights) return std::unexpected(heights.error());

@@ -299,9 +299,15 @@ Result<std::unique_ptr<IdleHandles::Handle>> RasterFile::open_handle() const {
   }
   if (!remote_ && !handle->memory)
     if (auto ok = can_be_looked_through(target); !ok) return std::unexpected(ok.error());
-  handle->set = static_cast<GDALDataset*>(
-      GDALOpenEx(target.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
-                 remote_ ? kOnlyGeoTiff : raster_drivers(allow_vrt_, target), nullptr, nullptr));
+  const auto opened = [&] {
+    return static_cast<GDALDataset*>(
+        GDALOpenEx(target.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY | GDAL_OF_VERBOSE_ERROR,
+                   remote_ ? kOnlyGeoTiff : raster_drivers(allow_vrt_, target), nullptr, nullptr));
+  };
+  handle->set = opened();
+  // In GDAL's words a read that failed is a damaged file, or a stranger's. What goes on is found
+  // below; what was so for a moment must not be held against a good raster.
+  if (!handle->set && !remote_ && !handle->memory) handle->set = opened();
   if (failures.first()) return fail(Errc::io, failures.first()->what);
   if (!handle->set && !allow_vrt_ && lower_case(path_).ends_with(".vrt"))
     return fail(Errc::unsupported, path_ +
