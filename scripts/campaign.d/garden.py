@@ -6,6 +6,7 @@ import time
 
 from common import peers
 from common.daemon import DEM, Daemon, Wire
+from common.figures import numbers, span
 
 TIERS = ("gate", "campaign")
 ASKED = "B3: 0 requests seen by the daemon that the front end did not send; 200,000 payloads for each of ten front ends"
@@ -150,6 +151,15 @@ def through(run, name, start, most, seconds):
         run.fail(f"{name}: the daemon saw {seen[number]}, the front end passed {given[i]} answers on: {payloads[i]!r}")
     run.note(f"{name} {len(payloads):,} payloads, {sum(map(len, seen.values())):,} requests came through, {len(suspected)} suspected, "
              f"{len(smuggled)} confirmed{f' of {MOST_AGAIN}' if len(suspected) > MOST_AGAIN else ''}{'' if KEY else ' (counted only)'}")
+
+
+def REACHED(rows):
+    sent = {}
+    for front, payloads in numbers(r"(\w+) ([\d,]+) payloads", rows):
+        sent[front] = sent.get(front, 0) + payloads
+    counted = [sum(n for n, in numbers(r"(\d+) (?:smuggled|confirmed)", [row])) for row in rows]
+    more = f", {sum(counted)} in all" if any(counted) else ""
+    return {"B3": f"{span(sent.values())} payloads for each of {len(sent)} front ends, {sum(sent.values()):,} in all; {counted[-1]} smuggled in the last row{more}"}
 
 
 def run(run):

@@ -14,6 +14,7 @@ import time
 
 from common import programme
 from common.daemon import DEM, Daemon, Wire, held
+from common.figures import beyond_ci, numbers, percent, span
 
 TIERS = ("ci", "gate", "campaign")
 ASKED = "F1-F4: 10,000 slow connections beside 200 good clients, p99 at most doubled and at most 20 ms; one build for 5,000; 503 in time; flat memory"
@@ -425,6 +426,34 @@ def leave(run, daemon, count):
             return
         time.sleep(0.1)
     run.fail("work for clients that left goes on for a minute")
+
+
+def ratios(kind, rows):
+    """Of the good clients' p99 beside something, to that alone: (their span, the highest p99)."""
+    found = numbers(r"p99 of \d+ good clients ([\d.]+) ms alone, ([\d.]+) ms(?: \([\d.]+ times\))? beside " + kind, rows)
+    return f"{span([beside / alone for alone, beside in found if alone], '.1f')} times that alone, {max(b for _, b in found):.1f} ms at most" if found else ""
+
+
+def REACHED(rows):
+    recent = beyond_ci(rows)[-5:]
+    several = f"in the last {len(recent)} gate rows"
+    found = {}
+    slow = numbers(r"(?:at least ([\d,]+) of )?([\d,]+) slow connections.*?, ([\d.]+) KiB each", recent)
+    if slow:
+        found["F1"] = (f"{span([open_now or count for open_now, count, _ in slow])} slow connections, {max(kib for *_, kib in slow):.1f} KiB each at most; good clients' p99 "
+                       f"{ratios('(?:them|slow connections)', recent)} ({several})")
+    starved = numbers(r"(\d+) connections for (\d+) descriptors: ([\d.]+) s of CPU in 3 s, (\d+) log lines", recent)
+    if starved:
+        found["F2"] = (f"{starved[-1][0]} connections for {starved[-1][1]} descriptors: {percent(max(s for *_, s, _ in starved) / 3, '.1f')} of a core, "
+                       f"{max(lines for *_, lines in starved)} log lines in 3 s at most ({several})")
+    shed, late = numbers(r"queue of \d+: (\d+) shed with Retry-After", recent), numbers(r"refused after (\d+) ms at most", recent)
+    if shed and late:
+        found["F3"] = (f"{span([n for n, in shed])} of 500 shed with Retry-After; plans of flights refused within {max(n for n, in late)} ms; good clients' p99 beside 64 of cold tiles "
+                       f"{ratios('64 clients of cold', recent)} ({several})")
+    herds = numbers(r"([\d,]+) for one cold tile: (\d+) build", beyond_ci(rows))
+    if herds:
+        found["F4"] = f"{max(n for n, _ in herds):,} at once: {span([built for _, built in herds])} build, in each of {len(herds)} rows"
+    return found
 
 
 def run(run):

@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 
 from common.daemon import DEM, Daemon, Wire
+from common.figures import numbers
 from common.programme import ROOT
 
 TIERS = ("ci", "gate", "campaign")
@@ -207,6 +208,18 @@ def ends(run, count, kept=None):
         refused = joined(run, clients, what, may_refuse=not kept)
     slowest = max((t for t in took if t is not None), default=0)
     run.note(f"{len(took)} of {count} {what}, drained within {slowest:.1f} s; {refused:,} connections refused between two daemons")
+
+
+def REACHED(rows):
+    done, ended = numbers(r"(\d+)(?: of \d+)? reloads", rows), numbers(r"(\d+)(?: of \d+)? ends", rows)
+    said = [f"{sum(n for n, in done):,} reloads and {sum(n for n, in ended):,} ends in {len(rows)} rows, {sum(row.tried for row in rows):,} requests; "
+            f"{sum(row.wrong for row in rows)} wrong"]
+    kept = numbers(r"(\d+) of \d+ ends with a kept socket, drained within [\d.]+ s; ([\d,]+) connections refused", rows)
+    if kept:
+        said.append(f"{sum(n for n, _ in kept):,} of the ends with the port handed over, {sum(n for _, n in kept):,} connections refused there")
+    if drained := numbers(r"drained within ([\d.]+) s", rows):
+        said.append(f"drained within {max(n for n, in drained)} s")
+    return {"F5": "; ".join(said)}
 
 
 def run(run):

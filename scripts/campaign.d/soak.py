@@ -9,6 +9,7 @@ import time
 
 from common import programme
 from common.daemon import DEM, Daemon, Wire, held
+from common.figures import numbers
 
 TIERS = ("gate", "campaign")
 SECONDS = {"gate": 3600}  # where --seconds says nothing; less is too short for a verdict in MB an hour
@@ -60,6 +61,14 @@ def height(rng):
 
 def wrong_path(rng):
     return f"/none/{rng.randrange(10**9)}"
+
+
+def REACHED(rows):
+    longest = max(rows, key=lambda row: int(row.seconds))
+    grown = numbers(r"([+-][\d.]+) MB (?:an hour )?in (?:the last )?(\d+) minutes", [longest])
+    said = f"{grown[0][0]:+.2f} MB in its last {grown[0][1]} minutes" + (" (an hour)" if "MB an hour" in longest.result else "") if grown else "no figure of memory"
+    return {"F6": f"the longest: {int(longest.seconds) / 60:.0f} minutes, {longest.tried:,} requests, {longest.wrong} wrong, {said}; "
+                  f"{sum(row.tried for row in rows):,} requests in {len(rows)} rows"}
 
 
 def run(run):

@@ -1,7 +1,7 @@
 """The figures that the test programme asks for, one line each, beside what was reached.
 
-A part may have REACHED(rows), which makes of its rows {id: what they come to}; here are those of parts without one. What
-no part counts, the line itself says in `shown`: what the tests that it names show whenever they run."""
+A part may have REACHED(rows), which makes of its rows {id: what they come to}. What no part counts, the line itself says
+in `shown`: what the tests that it names show whenever they run."""
 import re
 import subprocess
 import sys
@@ -47,79 +47,7 @@ def last_whole(rows):
     return (beyond_ci(rows) or rows)[-1]
 
 
-# ---- parts that have no REACHED ----
-
-def garden(rows):
-    sent = {}
-    for front, payloads in numbers(r"(\w+) ([\d,]+) payloads", rows):
-        sent[front] = sent.get(front, 0) + payloads
-    counted = [sum(n for n, in numbers(r"(\d+) (?:smuggled|confirmed)", [row])) for row in rows]
-    more = f", {sum(counted)} in all" if any(counted) else ""
-    return {"B3": f"{span(sent.values())} payloads for each of {len(sent)} front ends, {sum(sent.values()):,} in all; {counted[-1]} smuggled in the last row{more}"}
-
-
-def kills(rows):
-    states, at_random = numbers(r"(\d+) states, (\d+) folders not as wanted", rows), numbers(r"(\d+) kills of a build of ([\d,]+) tiles.*?, (\d+) times", rows)
-    found = {}
-    if states:
-        found["E1"] = (f"{span([n for n, _ in states])} states a row, {sum(n for n, _ in states):,} in all; folders not as wanted: {states[-1][1]} in the last row"
-                       + (f", {sum(bad for _, bad in states)} in all" if len(states) > 1 else ""))
-    if at_random:
-        found["E2"] = (f"{sum(n for n, *_ in at_random):,} kills of a build of {span([tiles for _, tiles, _ in at_random])} tiles, "
-                       f"{sum(bad for *_, bad in at_random)} times other bytes")
-    return found
-
-
-def ratios(kind, rows):
-    """Of the good clients' p99 beside something, to that alone: (their span, the highest p99)."""
-    found = numbers(r"p99 of \d+ good clients ([\d.]+) ms alone, ([\d.]+) ms(?: \([\d.]+ times\))? beside " + kind, rows)
-    return f"{span([beside / alone for alone, beside in found if alone], '.1f')} times that alone, {max(b for _, b in found):.1f} ms at most" if found else ""
-
-
-def load(rows):
-    recent = beyond_ci(rows)[-5:]
-    several = f"in the last {len(recent)} gate rows"
-    found = {}
-    slow = numbers(r"(?:at least ([\d,]+) of )?([\d,]+) slow connections.*?, ([\d.]+) KiB each", recent)
-    if slow:
-        found["F1"] = (f"{span([open_now or count for open_now, count, _ in slow])} slow connections, {max(kib for *_, kib in slow):.1f} KiB each at most; good clients' p99 "
-                       f"{ratios('(?:them|slow connections)', recent)} ({several})")
-    starved = numbers(r"(\d+) connections for (\d+) descriptors: ([\d.]+) s of CPU in 3 s, (\d+) log lines", recent)
-    if starved:
-        found["F2"] = (f"{starved[-1][0]} connections for {starved[-1][1]} descriptors: {percent(max(s for *_, s, _ in starved) / 3, '.1f')} of a core, "
-                       f"{max(lines for *_, lines in starved)} log lines in 3 s at most ({several})")
-    shed, late = numbers(r"queue of \d+: (\d+) shed with Retry-After", recent), numbers(r"refused after (\d+) ms at most", recent)
-    if shed and late:
-        found["F3"] = (f"{span([n for n, in shed])} of 500 shed with Retry-After; plans of flights refused within {max(n for n, in late)} ms; good clients' p99 beside 64 of cold tiles "
-                       f"{ratios('64 clients of cold', recent)} ({several})")
-    herds = numbers(r"([\d,]+) for one cold tile: (\d+) build", beyond_ci(rows))
-    if herds:
-        found["F4"] = f"{max(n for n, _ in herds):,} at once: {span([built for _, built in herds])} build, in each of {len(herds)} rows"
-    return found
-
-
-def reloads(rows):
-    done, ended = numbers(r"(\d+)(?: of \d+)? reloads", rows), numbers(r"(\d+)(?: of \d+)? ends", rows)
-    said = [f"{sum(n for n, in done):,} reloads and {sum(n for n, in ended):,} ends in {len(rows)} rows, {sum(row.tried for row in rows):,} requests; "
-            f"{sum(row.wrong for row in rows)} wrong"]
-    kept = numbers(r"(\d+) of \d+ ends with a kept socket, drained within [\d.]+ s; ([\d,]+) connections refused", rows)
-    if kept:
-        said.append(f"{sum(n for n, _ in kept):,} of the ends with the port handed over, {sum(n for _, n in kept):,} connections refused there")
-    if drained := numbers(r"drained within ([\d.]+) s", rows):
-        said.append(f"drained within {max(n for n, in drained)} s")
-    return {"F5": "; ".join(said)}
-
-
-def soak(rows):
-    longest = max(rows, key=lambda row: int(row.seconds))
-    grown = numbers(r"([+-][\d.]+) MB (?:an hour )?in (?:the last )?(\d+) minutes", [longest])
-    said = f"{grown[0][0]:+.2f} MB in its last {grown[0][1]} minutes" + (" (an hour)" if "MB an hour" in longest.result else "") if grown else "no figure of memory"
-    return {"F6": f"the longest: {int(longest.seconds) / 60:.0f} minutes, {longest.tried:,} requests, {longest.wrong} wrong, {said}; "
-                  f"{sum(row.tried for row in rows):,} requests in {len(rows)} rows"}
-
-
 SENDERS = ("http", "garden", "load", "soak")
-OTHERS = {"garden": garden, "kills": kills, "load": load, "reloads": reloads, "soak": soak}
 
 
 # ---- the table ----
@@ -255,7 +183,7 @@ TABLE = [
 def lines(by_part, parts):
     reached = {}
     for name, part in parts.items():
-        find = getattr(part, "REACHED", OTHERS.get(name))
+        find = getattr(part, "REACHED", None)
         try:
             found = find(by_part[name]) if find and by_part[name] else {}
         except (ArithmeticError, LookupError, TypeError, ValueError) as why:  # a row of two hours is not lost for that
