@@ -1,10 +1,8 @@
 // A daemon whose socket is somebody else's, as under systemd.
 
-#include <arpa/inet.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -19,6 +17,7 @@
 #include "server/cli/daemon/daemon_parts.h"
 #include "terrain/base/descriptor.h"
 #include "tests/support/daemon_process.h"
+#include "tests/support/listener.h"
 
 namespace tind::test {
 namespace {
@@ -27,17 +26,6 @@ using testing::HasSubstr;
 
 class ServiceManager : public testing::Test {
  protected:
-  void SetUp() override {
-    sockaddr_in at{};
-    at.sin_family = AF_INET;
-    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    listener_ = Descriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    ASSERT_EQ(::bind(listener_.get(), reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
-    ASSERT_EQ(::listen(listener_.get(), 100), 0);
-    socklen_t size = sizeof address_;
-    ::getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address_), &size);
-  }
-
   /// What a child does first.
   static std::function<void()> hands_over(int descriptor, const char* count = "1") {
     return [=] {
@@ -49,9 +37,7 @@ class ServiceManager : public testing::Test {
   }
   /// A client that has asked, whether somebody accepts it or not.
   Descriptor asked() const {
-    Descriptor client(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    EXPECT_EQ(
-        ::connect(client.get(), reinterpret_cast<const sockaddr*>(&address_), sizeof address_), 0);
+    Descriptor client(listener_.connected());
     const std::string request = "GET /livez HTTP/1.1\r\nHost: t\r\nConnection: close\r\n\r\n";
     EXPECT_EQ(::send(client.get(), request.data(), request.size(), 0), ssize_t(request.size()));
     return client;
@@ -64,17 +50,14 @@ class ServiceManager : public testing::Test {
     return all;
   }
 
-  Descriptor listener_;
-  sockaddr_in address_{};
+  Listener listener_;
 };
 
 TEST_F(ServiceManager, WhoComesBetweenTwoDaemonsIsServedByTheNextOne) {
   Descriptor waiting;
   for (int life = 0; life < 3; ++life) {
-    DaemonProcess daemon(hands_over(listener_.get()));
-    ASSERT_TRUE(daemon.says(
-        "serving 1 datasets at http://127.0.0.1:" + std::to_string(ntohs(address_.sin_port)) + "/"))
-        << daemon.said();
+    DaemonProcess daemon(hands_over(listener_.descriptor()));
+    ASSERT_TRUE(daemon.says("serving 1 datasets at " + listener_.url() + "/")) << daemon.said();
     if (life > 0) {
       EXPECT_THAT(answer(waiting), HasSubstr("200 OK"));
     }
@@ -88,20 +71,20 @@ TEST_F(ServiceManager, WhoComesBetweenTwoDaemonsIsServedByTheNextOne) {
 
 /// The flag is the socket's, and any holder's to take away.
 TEST_F(ServiceManager, AnotherHolderWhoTakesNonblockingAwayFreezesNoDaemon) {
-  DaemonProcess daemon(hands_over(listener_.get()));
+  DaemonProcess daemon(hands_over(listener_.descriptor()));
   ASSERT_TRUE(daemon.says("serving 1 datasets")) << daemon.said();
-  const int flags = ::fcntl(listener_.get(), F_GETFL);
+  const int flags = ::fcntl(listener_.descriptor(), F_GETFL);
   ASSERT_TRUE(flags & O_NONBLOCK);
-  ASSERT_EQ(::fcntl(listener_.get(), F_SETFL, flags & ~O_NONBLOCK), 0);
+  ASSERT_EQ(::fcntl(listener_.descriptor(), F_SETFL, flags & ~O_NONBLOCK), 0);
   for (int i = 0; i < 4; ++i) EXPECT_THAT(answer(asked()), HasSubstr("200 OK"));
   daemon.hears(SIGTERM);
   EXPECT_EQ(daemon.exit_code(), 0);
 }
 
 TEST_F(ServiceManager, ADaemonWhoseSocketIsShutDownStopsAndSaysSo) {
-  DaemonProcess daemon(hands_over(listener_.get()));
+  DaemonProcess daemon(hands_over(listener_.descriptor()));
   ASSERT_TRUE(daemon.says("serving 1 datasets")) << daemon.said();
-  ASSERT_EQ(::shutdown(listener_.get(), SHUT_RDWR), 0);
+  ASSERT_EQ(::shutdown(listener_.descriptor(), SHUT_RDWR), 0);
   EXPECT_TRUE(daemon.says("nobody can be accepted any more")) << daemon.said();
   EXPECT_EQ(daemon.exit_code(), 75);
 }
@@ -148,7 +131,7 @@ TEST_F(ServiceManager, WhatIsNoSocketThatListensIsRefused) {
     EXPECT_TRUE(daemon.says("ListenStream=")) << daemon.said();
     EXPECT_EQ(daemon.exit_code(), 2);
   }
-  DaemonProcess daemon(hands_over(listener_.get(), "2"));
+  DaemonProcess daemon(hands_over(listener_.descriptor(), "2"));
   EXPECT_TRUE(daemon.says("LISTEN_FDS is 2")) << daemon.said();
   EXPECT_EQ(daemon.exit_code(), 2);
 }
