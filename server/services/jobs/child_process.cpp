@@ -9,7 +9,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <string_view>
@@ -18,6 +17,7 @@
 
 #include "terrain/base/descriptor.h"
 #include "terrain/base/errno_text.h"
+#include "terrain/base/resource_limit.h"
 
 namespace tind::services {
 namespace {
@@ -33,18 +33,8 @@ constexpr std::string_view kNoLimits =
     "0\n";
 constexpr int kOfTheOperator = 74;  // EX_IOERR
 
-/// Never more than there is, which nobody may. False where a filter forbids limits: a job without
-/// them is not begun.
-bool limit(int resource, std::size_t soft, std::size_t hard) {
-  rlimit now{};
-  const auto which = __rlimit_resource(resource);
-  if (::getrlimit(which, &now) != 0) return false;
-  rlimit both{std::min<rlim_t>(soft, now.rlim_max), std::min<rlim_t>(hard, now.rlim_max)};
-  if (soft < hard && both.rlim_max > 1) both.rlim_cur = std::min(both.rlim_cur, both.rlim_max - 1);
-  return ::setrlimit(which, &both) == 0;
-}
-
-bool limit(int resource, std::size_t most) { return most == 0 || limit(resource, most, most); }
+/// 0: no limit of ours. A job without those that it should have is not begun.
+bool limit(int resource, std::size_t most) { return most == 0 || set_limit(resource, most); }
 
 /// In the child, where other threads may have held any lock: system calls only.
 [[noreturn]] void become(char* const* arguments, const char* folder, const ChildLimits& limits,
@@ -57,7 +47,7 @@ bool limit(int resource, std::size_t most) { return most == 0 || limit(resource,
   // SIGXCPU first, which says why; SIGKILL can be anybody's.
   const bool limited =
       limit(RLIMIT_AS, limits.memory_bytes) && limit(RLIMIT_FSIZE, limits.file_bytes) &&
-      (seconds == 0 || limit(RLIMIT_CPU, seconds, seconds + 1)) && limit(RLIMIT_CORE, 0, 0);
+      (seconds == 0 || set_limit(RLIMIT_CPU, seconds, seconds + 1)) && set_limit(RLIMIT_CORE, 0);
   for (const int signal : {SIGPIPE, SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGUSR2, SIGXFSZ, SIGXCPU})
     ::signal(signal, SIG_DFL);  // NOLINT(concurrency-mt-unsafe): there is one thread here
   sigset_t none_blocked;

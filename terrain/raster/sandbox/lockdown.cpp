@@ -25,6 +25,7 @@
 #include <cstdint>
 
 #include "terrain/base/errno_text.h"
+#include "terrain/base/resource_limit.h"
 
 namespace tind::sandbox {
 namespace {
@@ -248,17 +249,6 @@ bool has_seccomp() {
   return ::syscall(SYS_seccomp, SECCOMP_GET_ACTION_AVAIL, 0, &action) == 0;
 }
 
-/// Never more than there is: to lower a limit is everybody's right. Where it fails, a filter that
-/// somebody has put around us forbids it, and what it would have held is not held.
-bool limit(int what, rlim_t most) {
-  rlimit now{};
-  const auto which = __rlimit_resource(what);
-  if (::getrlimit(which, &now) != 0) return false;
-  most = std::min(most, now.rlim_max);
-  const rlimit both{most, most};
-  return ::setrlimit(which, &both) == 0;
-}
-
 }  // namespace
 
 Support supported() { return {has_seccomp(), landlock_version()}; }
@@ -274,12 +264,12 @@ std::string missing_text(const Support& has) {
 
 Result<Support> lock_down(const Allowed& allowed, const Lockdown& limits) {
   Support has = supported();
-  bool good = limit(RLIMIT_CORE, 0) && limit(RLIMIT_FSIZE, 0) && limit(RLIMIT_NPROC, 0) &&
-              limit(RLIMIT_NOFILE, limits.open_files);
+  bool good = set_limit(RLIMIT_CORE, 0) && set_limit(RLIMIT_FSIZE, 0) &&
+              set_limit(RLIMIT_NPROC, 0) && set_limit(RLIMIT_NOFILE, limits.open_files);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose shadows take terabytes
-  if (limits.memory_bytes > 0) good = good && limit(RLIMIT_AS, limits.memory_bytes);
+  if (limits.memory_bytes > 0) good = good && set_limit(RLIMIT_AS, limits.memory_bytes);
 #endif
-  if (limits.cpu_seconds > 0) good = good && limit(RLIMIT_CPU, limits.cpu_seconds);
+  if (limits.cpu_seconds > 0) good = good && set_limit(RLIMIT_CPU, limits.cpu_seconds);
   if (!good)
     return failed(
         "no limits can be set (let whoever begins it allow prlimit64, or leave the sandbox out)");
